@@ -1,0 +1,161 @@
+/* One ray, one hit, the order of hits, and how a ray is made ready for a group of primitives.
+ *
+ * The theory every tracer rests on (the promise: any tracer returns brute force's hits, bit for bit):
+ *
+ *  1. The leaf test is a pure function of (prepared ray, primitive). It knows no cell, no neighbour, no best hit so far.
+ *  2. It is accurate: the point org + t dir of an accepted hit lies within RTK_DELTA * scale of the primitive (for shapes: of
+ *     the primitive's box; a root outside it is refused by the test itself). scale is the largest absolute coordinate of the
+ *     group's bounds; a prepared ray's origin is never farther out than 4 scale, because a farther one is first moved to the
+ *     group's box (tshift). Brute force does the same, for the step is part of the group, not of a tracer.
+ *  3. Trees bound every primitive (or its clipped part) by a box grown by RTK_GROW * scale on all sides. RTK_GROW exceeds
+ *     RTK_DELTA plus the rounding of (plane - org) * inv. So a hit's point lies well inside every grown box and every cell
+ *     interval that has to hold it, and neither a slab test nor a walk can lose it: no epsilon anywhere in a tracer.
+ *  4. A walk that splits [t0, t1] at t = (plane - org) * inv visits cells whose intervals tile the ray exactly; the leaf
+ *     whose interval holds t lists the primitive. It may stop at a cell when best.t < t1, a cull is `enter <= best.t`.
+ *  5. Equal t: (t, instance, geometry, primitive) in description order decides.
+ */
+#ifndef RTK_RAY_H
+#define RTK_RAY_H
+
+#include "vec.h"
+
+#define RTK_DELTA 1.9073486e-06f /* 2^-19 */
+#define RTK_GROW 3.8146973e-06f  /* 2^-18 */
+#define RTK_INV_MAX 1.0e30f
+
+/* A ray as a caller gives it (world or object space). */
+typedef struct rtk_ray {
+    rtk_vec3 org, dir;
+    float tmin, tmax;
+    rtk_u32 mask;
+} rtk_ray;
+
+typedef struct rtk_hit {
+    float t, u, v;
+    rtk_u32 prim, geom, inst;
+} rtk_hit;
+
+/* A ray prepared for one group. t of the group's primitives = tshift + (t along org). kx, ky, kz and sx, sy, sz: axes and
+ * shear of Woop, Benthin, Wald 2013. t0, t1: the part inside the group's grown box and [tmin, tmax], measured from org.  */
+typedef struct rtk_pray {
+    rtk_vec3 org, dir, inv;
+    float tmin, tmax; /* as given, in the caller's t */
+    float tshift;
+    float t0, t1;
+    float sx, sy, sz;
+    float scale;
+    rtk_u32 kx, ky, kz;
+    rtk_u32 mask;
+} rtk_pray;
+
+RTK_FN rtk_hit rtk_hit_none(float tmax)
+{
+    rtk_hit h;
+    h.t = tmax;
+    h.u = 0.0f;
+    h.v = 0.0f;
+    h.prim = RTK_INVALID;
+    h.geom = RTK_INVALID;
+    h.inst = RTK_INVALID;
+    return h;
+}
+
+/* The order of hits. inst + 1: geometry of the scene itself (RTK_INVALID) comes before instance 0. */
+RTK_FN int rtk_hit_less(float ta, rtk_u32 insta, rtk_u32 geoma, rtk_u32 prima, float tb, rtk_u32 instb, rtk_u32 geomb, rtk_u32 primb)
+{
+    if (ta != tb)
+        return ta < tb;
+    if (insta != instb)
+        return insta + 1u < instb + 1u;
+    if (geoma != geomb)
+        return geoma < geomb;
+    return prima < primb;
+}
+
+RTK_FN int rtk_finite(float x) { return rtk_fabs(x) <= 3.402823466e38f; }
+
+/* Zero, infinite or NaN directions and origins, a NaN range and tmin >= tmax: such a ray misses everything, everywhere. */
+RTK_FN int rtk_ray_valid(rtk_ray r)
+{
+    return rtk_finite(r.org.x) && rtk_finite(r.org.y) && rtk_finite(r.org.z) && rtk_finite(r.dir.x) && rtk_finite(r.dir.y) &&
+           rtk_finite(r.dir.z) && (r.dir.x != 0.0f || r.dir.y != 0.0f || r.dir.z != 0.0f) && r.tmin < r.tmax;
+}
+
+/* 1 / d, kept finite: a zero or tiny component counts as +-1e-30, by its sign bit. */
+RTK_FN float rtk_inverse(float d)
+{
+    return rtk_fabs(d) < 1.0e-30f ? rtk_copysign(RTK_INV_MAX, d) : rtk_clamp(1.0f / d, -RTK_INV_MAX, RTK_INV_MAX);
+}
+
+/* Interval of the ray in the box [lo, hi], one expression for every tracer: (plane - org) * inv. Empty when *t0 > *t1. */
+RTK_FN void rtk_slab(rtk_vec3 org, rtk_vec3 inv, rtk_vec3 lo, rtk_vec3 hi, float *t0, float *t1)
+{
+    float a, b;
+    a = (lo.x - org.x) * inv.x;
+    b = (hi.x - org.x) * inv.x;
+    *t0 = rtk_max(*t0, rtk_min(a, b));
+    *t1 = rtk_min(*t1, rtk_max(a, b));
+    a = (lo.y - org.y) * inv.y;
+    b = (hi.y - org.y) * inv.y;
+    *t0 = rtk_max(*t0, rtk_min(a, b));
+    *t1 = rtk_min(*t1, rtk_max(a, b));
+    a = (lo.z - org.z) * inv.z;
+    b = (hi.z - org.z) * inv.z;
+    *t0 = rtk_max(*t0, rtk_min(a, b));
+    *t1 = rtk_min(*t1, rtk_max(a, b));
+}
+
+/* Makes a valid ray ready for a group with grown bounds [lo, hi] and the given scale. Returns 0 when the ray misses the
+ * bounds inside (tmin, tmax): then it misses the group, by definition and for every tracer.  */
+RTK_FN int rtk_ray_prepare(rtk_ray r, rtk_vec3 lo, rtk_vec3 hi, float scale, rtk_pray *out)
+{
+    float t0 = -RTK_INF, t1 = RTK_INF, shift = 0.0f;
+    rtk_vec3 org = r.org, inv = rtk_v3(rtk_inverse(r.dir.x), rtk_inverse(r.dir.y), rtk_inverse(r.dir.z));
+    rtk_vec3 a = rtk_vabs(r.dir);
+    rtk_slab(org, inv, lo, hi, &t0, &t1);
+    if (!(t0 <= t1) || t1 < r.tmin || t0 > r.tmax)
+        return 0;
+    if (rtk_maxabs(org) > 4.0f * scale) {
+        shift = t0;
+        org = rtk_madd(org, shift, r.dir);
+        t0 = -RTK_INF;
+        t1 = RTK_INF;
+        rtk_slab(org, inv, lo, hi, &t0, &t1);
+        if (!(t0 <= t1))
+            return 0;
+    }
+    out->org = org;
+    out->dir = r.dir;
+    out->inv = inv;
+    out->tmin = r.tmin;
+    out->tmax = r.tmax;
+    out->tshift = shift;
+    out->t0 = t0;
+    out->t1 = t1;
+    if (shift == 0.0f) {
+        out->t0 = rtk_max(t0, r.tmin);
+        out->t1 = rtk_min(t1, r.tmax);
+    }
+    out->scale = scale;
+    out->mask = r.mask;
+    if (a.x > a.y && a.x > a.z) {
+        out->kz = 0u;
+        out->kx = 1u;
+        out->ky = 2u;
+    } else if (a.y > a.z) {
+        out->kz = 1u;
+        out->kx = 2u;
+        out->ky = 0u;
+    } else {
+        out->kz = 2u;
+        out->kx = 0u;
+        out->ky = 1u;
+    }
+    /* The winding does not matter: triangles are double-sided, and the geometric normal is taken from the vertices. */
+    out->sx = rtk_axis(r.dir, out->kx) / rtk_axis(r.dir, out->kz);
+    out->sy = rtk_axis(r.dir, out->ky) / rtk_axis(r.dir, out->kz);
+    out->sz = 1.0f / rtk_axis(r.dir, out->kz);
+    return 1;
+}
+
+#endif

@@ -1,0 +1,262 @@
+/* Layout of a committed scene: plain data in arrays, 32-bit indices, 64-bit byte offsets, no pointers (architecture.md, idea 1).
+ *
+ * A snapshot is a small table over immutable, reference-counted, content-hashed chunks:
+ *   GROUP     the geometry of one scene (the scene itself, or one that is instanced): triangles, shapes, planes, bounds
+ *   TREE      an accelerator over a group, or over the instances of the top level
+ *   ATTRIBUTE per-vertex and per-face data of one group, read by shading only
+ *   GEOMETRY  one record a geometry of a group: material, mask, where its data stands
+ *   TOP       instances
+ *   MATERIAL, TEXTURE (one each), LIGHT, WORLD (camera, ambient, background)
+ * Every chunk begins with its header struct; arrays follow at 64-byte aligned offsets counted from the chunk's start. What kernels
+ * use is a view: the same data with the offsets resolved (rtk_group, rtk_tree, rtk_scene), made per process or per launch.
+ */
+#ifndef RTK_SNAPSHOT_H
+#define RTK_SNAPSHOT_H
+
+#include "ray.h"
+
+enum {
+    RTK_CHUNK_GROUP = 1,
+    RTK_CHUNK_TREE,
+    RTK_CHUNK_ATTRIBUTE,
+    RTK_CHUNK_GEOMETRY,
+    RTK_CHUNK_TOP,
+    RTK_CHUNK_MATERIAL,
+    RTK_CHUNK_TEXTURE,
+    RTK_CHUNK_LIGHT,
+    RTK_CHUNK_WORLD
+};
+
+/* ---- geometry ------------------------------------------------------------------------------------------------------ */
+
+/* Triangles stand in (geometry, primitive) order: the triangle of a hit is tris[geoms[geom].first + prim]. */
+typedef struct rtk_tri {
+    float v0[3], v1[3], v2[3];
+    rtk_u32 geom; /* index in this group's geometry records */
+    rtk_u32 prim;
+    rtk_u32 pad;
+} rtk_tri;
+
+enum { RTK_SHAPE_SPHERE = 0, RTK_SHAPE_BOX, RTK_SHAPE_CYLINDER, RTK_SHAPE_CONE, RTK_SHAPE_TORUS, RTK_SHAPE_PLANE, RTK_SHAPE_COUNT };
+
+/* p: SPHERE centre xyz, radius. BOX low corner, high corner. CYLINDER end 0 xyz, radius, end 1 xyz (capped). CONE end 0 xyz,
+ * radius 0, end 1 xyz, radius 1 (capped frustum; a radius may be 0). TORUS centre xyz, major radius, unit axis xyz, minor radius.
+ * PLANE point xyz, 0, unit normal xyz (never in a tree). */
+typedef struct rtk_shape {
+    rtk_u32 type, geom, prim, pad;
+    float p[12];
+} rtk_shape;
+
+/* Shapes too stand in (geometry, primitive) order; planes likewise, in an array of their own. */
+typedef struct rtk_group_header {
+    float lo[3], hi[3]; /* of triangles and shapes, already grown by RTK_GROW * scale; lo > hi when there are none */
+    float scale;        /* largest absolute coordinate of the bounds before growth, at least 1e-30 */
+    rtk_u32 tri_count, shape_count, plane_count;
+    rtk_u32 pad[2];
+    rtk_u64 off_tris, off_shapes, off_planes;
+} rtk_group_header;
+
+enum { RTK_GEOM_MESH = 0, RTK_GEOM_SHAPES, RTK_GEOM_PLANE };
+#define RTK_GEOM_ALPHA 1u          /* some face has an alpha map: the leaf test asks it */
+#define RTK_GEOM_FACE_MATERIALS 2u /* off_materials is there */
+
+/* One geometry. first: index of its first triangle, shape or plane. off_*: byte offsets in the group's ATTRIBUTE chunk,
+ * 0 = absent: indices u32[3 prim_count], normals float[3 vertex], uvs float[2 vertex], colors float[3 vertex] (linear),
+ * materials u32[prim_count], faces u32[prim_count] (triangle -> polygon of the description). */
+typedef struct rtk_geom {
+    rtk_u32 type, flags, first, prim_count;
+    rtk_u32 material, mask, user_id, vertex_count;
+    rtk_u64 off_indices, off_normals, off_uvs, off_colors, off_materials, off_faces;
+    float uv_xfm[6]; /* texture placement of planes and shapes: u' = a u + b v + c, v' = d u + e v + f */
+    float t_dir[3];  /* plane: direction of growing u; zero = chosen from the normal */
+    rtk_u32 pad[3];
+} rtk_geom;
+
+typedef struct rtk_geometry_header {
+    rtk_u32 geom_count, pad;
+    rtk_u64 off_geoms;
+} rtk_geometry_header;
+
+/* ---- trees ---------------------------------------------------------------------------------------------------------- */
+
+enum { RTK_TREE_NONE = 0, RTK_TREE_KD, RTK_TREE_OCTREE };
+
+/* References: in a group, r < tri_count is triangle r, else shape r - tri_count; at the top level, an instance. */
+typedef struct rtk_kdnode {
+    rtk_u32 a; /* inner: bits of the split coordinate; leaf: index of its first reference */
+    rtk_u32 b; /* low 2 bits: axis, or 3 = leaf; above: inner: index of the low child (the high child follows); leaf: count */
+} rtk_kdnode;
+#define RTK_KD_LEAF 3u
+
+/* Octree. Cells are halved at mid = 0.5f * (lo + hi) on each axis; child i takes the high half of x, y, z by bits 0, 1, 2. */
+typedef struct rtk_octnode {
+    rtk_u32 child; /* index of the first of eight children, 0 = leaf */
+    rtk_u32 first, count;
+    rtk_u32 pad;
+} rtk_octnode;
+
+typedef struct rtk_tree_header {
+    rtk_u32 kind; /* RTK_TREE_* */
+    rtk_u32 node_count, ref_count;
+    rtk_u32 depth;      /* levels below the root of the deepest leaf */
+    float lo[3], hi[3]; /* root box, the group's or the top's grown bounds */
+    rtk_u32 leaf_count, empty_leaf_count, largest_leaf;
+    rtk_u32 prim_count; /* what the tree was built over */
+    float sah_cost;
+    float cost_traverse, cost_intersect, empty_bonus;
+    rtk_u32 max_depth, flags;
+    float build_seconds; /* a fact about this build; not part of the chunk's hash */
+    rtk_u32 pad[1];
+    rtk_u64 off_nodes, off_refs;
+} rtk_tree_header;
+
+typedef struct rtk_tree {
+    rtk_u32 kind;
+    rtk_vec3 lo, hi;
+    RT_GLOBAL const rtk_kdnode *kd;
+    RT_GLOBAL const rtk_octnode *oct;
+    RT_GLOBAL const rtk_u32 *refs;
+} rtk_tree;
+
+/* ---- top level -------------------------------------------------------------------------------------------------------- */
+
+#define RTK_INST_UNBOUNDED 1u /* its group has planes: not in the top tree, tested by every ray */
+
+typedef struct rtk_instance {
+    rtk_xfm to_world, to_object;
+    float lo[3], hi[3]; /* world bounds, grown (with the rounding of the transform) */
+    rtk_u32 group;
+    rtk_u32 id;   /* inst id of hits: position in description order */
+    rtk_u32 mask; /* and-ed with the geometry's */
+    rtk_u32 material; /* RTK_INVALID: each geometry's own */
+    rtk_u32 user_id, flags;
+    rtk_u32 pad[4];
+} rtk_instance;
+
+typedef struct rtk_top_header {
+    float lo[3], hi[3]; /* of the bounded instances, grown */
+    float scale;
+    rtk_u32 instance_count, unbounded_count;
+    rtk_u32 pad;
+    rtk_u64 off_instances, off_unbounded; /* unbounded: u32 indices of instances */
+} rtk_top_header;
+
+/* ---- materials, textures, lights, world -------------------------------------------------------------------------------- */
+
+enum { RTK_MATERIAL_CLASSIC = 0, RTK_MATERIAL_EMISSIVE, RTK_MATERIAL_COUNT };
+#define RTK_MAT_TRANSPARENT 1u   /* shadow rays go through, tinted */
+#define RTK_MAT_OPAQUE_SHADOW 2u /* they do not, though it is transparent */
+
+/* The classic model (paper 000). All colours linear. */
+typedef struct rtk_material {
+    rtk_u32 type, flags;
+    float color[3];
+    float diffusion, reflectiveness, transparency, refractiveness; /* index; <= 0 means 1 */
+    float ambient;                                                  /* weight of the world's ambient light */
+    float specular, shininess;                                      /* highlight: weight, exponent */
+    float emission[3];
+    rtk_u32 color_tex, alpha_tex; /* RTK_INVALID: none */
+    float alpha_cut;              /* hits with alpha below it are no hits */
+    rtk_u32 pad[14];
+} rtk_material;
+
+/* A texture level is stored in 8x8-texel tiles, row-major tiles, edge tiles padded by repeating; texels are RGBA8 (sRGB
+ * encoded when RTK_TEX_SRGB) or RGBA float (RTK_TEX_FLOAT). Level i is max(1, width >> i) wide. */
+#define RTK_TEX_SRGB 1u
+#define RTK_TEX_FLOAT 2u
+#define RTK_TEX_ALPHA 4u /* some alpha is below 1 */
+#define RTK_TEX_NEAREST 8u
+#define RTK_TEX_CLAMP 16u
+#define RTK_TEX_LEVELS 20
+typedef struct rtk_texture_header {
+    rtk_u32 width, height, level_count, flags;
+    rtk_u64 off_level[RTK_TEX_LEVELS];
+} rtk_texture_header;
+
+enum { RTK_LIGHT_POINT = 0, RTK_LIGHT_SPHERE, RTK_LIGHT_DIRECTIONAL };
+
+/* color: POINT, SPHERE: see librt/lights.h for units; DIRECTIONAL: irradiance on a facing surface. body: sphere around a point
+ * light whose surface does not shadow it (radius 0: none). falloff: 0 none (paper 000), 2 inverse square. */
+typedef struct rtk_light {
+    rtk_u32 type, flags;
+    float at[3]; /* position, or unit direction the light travels */
+    float radius;
+    float color[3];
+    float falloff;
+    float body_at[3], body_radius;
+    float select_pdf, select_cdf; /* choice by power: probability of this light; sum up to and including it */
+    rtk_u32 samples;              /* shadow rays a hit; 0: the render's setting */
+    rtk_u32 geom;                 /* visible body of a spherical light: its geometry (RTK_INVALID: none) */
+    rtk_u32 pad[12];
+} rtk_light;
+
+typedef struct rtk_light_header {
+    rtk_u32 light_count, pad;
+    rtk_u64 off_lights;
+} rtk_light_header;
+
+typedef struct rtk_material_header {
+    rtk_u32 material_count, pad;
+    rtk_u64 off_materials;
+} rtk_material_header;
+
+enum { RTK_CAMERA_PINHOLE = 0, RTK_CAMERA_ORTHOGRAPHIC };
+
+/* Right-handed frame: a ray of the image point (x, y) in [-1, 1]^2 (y up) goes along back to front. For PINHOLE dir =
+ * front + x * right + y * up with right, up already scaled by tan(fov/2) and the aspect; ORTHOGRAPHIC origin = eye + x right + y up. */
+typedef struct rtk_camera {
+    rtk_u32 type, pad;
+    float eye[3], front[3], up[3]; /* unit front, unit up, orthogonal */
+    float right[3];                /* unit */
+    float half_height;             /* tan(fov / 2), or half the height of the orthographic window */
+    rtk_u32 pad2;
+} rtk_camera;
+
+typedef struct rtk_world {
+    rtk_camera camera;
+    float ambient[3];
+    float background[3], background_top[3]; /* vertical gradient by dir.y; equal: plain */
+    rtk_u32 background_tex; /* equirectangular map, RTK_INVALID: none */
+    rtk_u32 flags;
+    rtk_u32 pad[4];
+} rtk_world;
+
+/* ---- views ------------------------------------------------------------------------------------------------------------- */
+
+typedef struct rtk_texture {
+    RT_GLOBAL const rtk_texture_header *head;
+} rtk_texture;
+
+typedef struct rtk_group {
+    rtk_vec3 lo, hi; /* grown */
+    float scale;
+    rtk_u32 tri_count, shape_count, plane_count;
+    RT_GLOBAL const rtk_tri *tris;
+    RT_GLOBAL const rtk_shape *shapes;
+    RT_GLOBAL const rtk_shape *planes;
+    RT_GLOBAL const rtk_geom *geoms;
+    RT_GLOBAL const rtk_u8 *attributes; /* start of the ATTRIBUTE chunk */
+    rtk_u32 geom_count;
+    rtk_tree kdtree, octree; /* kind NONE when not built */
+} rtk_group;
+
+typedef struct rtk_scene {
+    RT_GLOBAL const rtk_group *groups; /* [0]: the scene's own geometry */
+    rtk_u32 group_count;
+    rtk_u32 instance_count, unbounded_count;
+    RT_GLOBAL const rtk_instance *instances;
+    RT_GLOBAL const rtk_u32 *unbounded;
+    rtk_vec3 top_lo, top_hi;
+    float top_scale;
+    rtk_tree top_kdtree, top_octree;
+    RT_GLOBAL const rtk_material *materials;
+    RT_GLOBAL const rtk_texture *textures;
+    RT_GLOBAL const rtk_light *lights;
+    RT_GLOBAL const rtk_world *world;
+    rtk_u32 material_count, texture_count, light_count;
+    rtk_u32 flags; /* RTK_SCENE_* */
+} rtk_scene;
+#define RTK_SCENE_TRANSPARENT 1u /* some material lets shadow rays through */
+#define RTK_SCENE_ALPHA 2u
+
+#endif
