@@ -1,0 +1,51 @@
+# LIBRT_<X> = AUTO (use it when found), ON (missing is an error), OFF. Sets LIBRT_HAVE_<X>.
+foreach(part LUA STB PNG MPI OPENCL)
+  set(LIBRT_${part} AUTO CACHE STRING "AUTO, ON or OFF")
+  set_property(CACHE LIBRT_${part} PROPERTY STRINGS AUTO ON OFF)
+  set(LIBRT_HAVE_${part} OFF)
+endforeach()
+
+macro(librt_require part what)
+  if(NOT LIBRT_HAVE_${part} AND LIBRT_${part} STREQUAL "ON")
+    message(FATAL_ERROR "LIBRT_${part}=ON, but ${what} was not found")
+  endif()
+endmacro()
+
+find_package(Threads REQUIRED)
+find_package(PkgConfig QUIET)
+
+if(NOT LIBRT_LUA STREQUAL "OFF" AND PkgConfig_FOUND)
+  pkg_check_modules(LUA54 QUIET IMPORTED_TARGET lua5.4)
+  if(LUA54_FOUND)
+    set(LIBRT_HAVE_LUA ON)
+  endif()
+endif()
+librt_require(LUA "Lua 5.4 (liblua5.4-dev)")
+
+if(NOT LIBRT_STB STREQUAL "OFF")
+  if(PkgConfig_FOUND)
+    pkg_check_modules(STB QUIET stb)
+  endif()
+  find_path(STB_INCLUDE_DIR stb_image.h HINTS ${STB_INCLUDE_DIRS} PATH_SUFFIXES stb)
+  if(STB_INCLUDE_DIR)
+    set(LIBRT_HAVE_STB ON)
+  endif()
+endif()
+librt_require(STB "stb_image.h (libstb-dev)")
+
+if(NOT LIBRT_PNG STREQUAL "OFF")
+  find_package(PNG QUIET)
+  if(PNG_FOUND)
+    set(LIBRT_HAVE_PNG ON)
+  endif()
+endif()
+librt_require(PNG "libpng (libpng-dev)")
+
+# Their components have not been built yet; the switches are here so that a user's command line stays valid.
+foreach(part MPI OPENCL)
+  if(LIBRT_${part} STREQUAL "ON")
+    message(FATAL_ERROR "LIBRT_${part}=ON: this version has no ${part} component")
+  endif()
+endforeach()
+
+message(STATUS "librt: lua=${LIBRT_HAVE_LUA} stb=${LIBRT_HAVE_STB} png=${LIBRT_HAVE_PNG} mpi=${LIBRT_HAVE_MPI} opencl=${LIBRT_HAVE_OPENCL}")

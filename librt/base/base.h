@@ -1,0 +1,132 @@
+/* The lowest floor: memory, messages, threads, clock, files, numbers. All operating-system code of the library stands in base/. */
+#ifndef RTI_BASE_H
+#define RTI_BASE_H
+
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "librt/base.h"
+
+#if defined(__GNUC__)
+#define RTI_PRINTF(a, b) __attribute__((format(printf, a, b)))
+#define RTI_UNUSED __attribute__((unused))
+#else
+#define RTI_PRINTF(a, b)
+#define RTI_UNUSED
+#endif
+#define RTI_COUNT(a) (sizeof(a) / sizeof((a)[0]))
+#define RTI_CACHE_LINE 64u
+
+/* ---- memory (memory.c): every byte goes through the context's hook and is counted against its limit ---- */
+
+/* NULL when the hook says no, the limit is passed or the size overflows; no message is set (the caller knows what it wanted):
+ * use rti_fail_memory. Zero-size requests are made 1. Blocks are 64-byte aligned. size in free must be the size asked for. */
+void *rti_alloc(rt_context *ctx, size_t size);
+void *rti_alloc_zero(rt_context *ctx, size_t size);
+void *rti_alloc_array(rt_context *ctx, size_t count, size_t size); /* checks the product */
+void *rti_realloc(rt_context *ctx, void *ptr, size_t old_size, size_t new_size);
+void rti_free(rt_context *ctx, void *ptr, size_t size); /* NULL is fine */
+
+/* Growing array: used by `rti_array_push`-style code: makes room for `more` further items; doubles. false: no memory. */
+bool rti_reserve(rt_context *ctx, void **data, size_t *capacity, size_t count, size_t more, size_t item_size);
+
+bool rti_mul_size(size_t a, size_t b, size_t *out); /* false on overflow */
+bool rti_add_size(size_t a, size_t b, size_t *out);
+
+/* Bump arena for things that die together (builders, parsers). Not thread-safe: one a thread. */
+typedef struct rti_arena_block rti_arena_block;
+typedef struct rti_arena {
+    rt_context *ctx;
+    rti_arena_block *head;
+    size_t block_size;
+} rti_arena;
+void rti_arena_init(rti_arena *arena, rt_context *ctx, size_t block_size);
+void *rti_arena_alloc(rti_arena *arena, size_t size); /* 16-byte aligned, NULL when out of memory */
+void rti_arena_fini(rti_arena *arena);
+
+/* ---- messages (error.c) ---- */
+
+/* Sets the calling thread's message and returns status: `return rti_fail(ctx, RT_ERROR_ARGUMENT, "rt_scene_add_sphere: radius is %g; it must
+ * be a positive number", r);`. Numbers are printed in the C locale's way: use rti_num for floats. */
+rt_status rti_fail(rt_context *ctx, rt_status status, const char *format, ...) RTI_PRINTF(3, 4);
+rt_status rti_fail_v(rt_context *ctx, rt_status status, const char *format, va_list args) RTI_PRINTF(3, 0);
+/* "WHAT: N bytes could not be had" with MEMORY or, when the limit is the reason, MEMORY_LIMIT with the numbers. */
+rt_status rti_fail_memory(rt_context *ctx, const char *what, size_t size);
+void rti_log(rt_context *ctx, rt_log_level level, const char *format, ...) RTI_PRINTF(3, 4);
+
+/* Checks the first field of a descriptor and copies what the caller's version knows over the defaults in `full` (size full_size).
+ * Returns RT_OK or ARGUMENT with a sentence naming `what`. */
+rt_status rti_desc_take(rt_context *ctx, const char *what, const void *desc, void *full, uint32_t full_size);
+
+/* ---- threads (pool.c) ---- */
+
+/* Runs task(data, i) for every i in [0, count) on the context's workers (or the host's tasks) and returns when all are done. The calling
+ * thread takes part. Nested calls are allowed and run without deadlock. Tasks get no order; results must not depend on it. */
+void rti_parallel(rt_context *ctx, uint32_t count, void (*task)(void *data, uint32_t index), void *data);
+
+/* Computing threads of a public call run under round-to-nearest, denormals kept, exceptions masked; put back by leave. */
+typedef struct rti_fpenv {
+    uint32_t saved;
+} rti_fpenv;
+rti_fpenv rti_fp_enter(void);
+void rti_fp_leave(rti_fpenv env);
+
+/* Cancellation: builders and loops poll it. NULL means never. */
+typedef struct rti_cancel {
+    atomic_bool asked;
+} rti_cancel;
+static inline bool rti_cancelled(rti_cancel *c) { return c && atomic_load_explicit(&c->asked, memory_order_relaxed); }
+
+/* ---- clock, machine (os.c) ---- */
+double rti_now(void);        /* seconds, monotonic */
+double rti_thread_cpu(void); /* CPU seconds of the calling thread */
+void rti_sleep(double seconds);
+
+/* ---- files (file.c); paths are bytes ---- */
+
+/* Whole file into one block (64-aligned, *size + 1 bytes allocated, a NUL behind the last). Refuses directories, devices that never end, and more than
+ * `limit` bytes (0: none). The message names the path and the reason. Free with rti_free(ctx, data, size + 1). */
+rt_status rti_file_read(rt_context *ctx, const char *path, uint64_t limit, void **data, size_t *size);
+
+/* Writes beside the target and renames when all is on disk: a reader sees the old file or the new, never a part. */
+typedef struct rti_writer rti_writer;
+rt_status rti_writer_open(rt_context *ctx, const char *path, rti_writer **writer); /* path "-": standard output */
+rt_status rti_writer_write(rti_writer *writer, const void *data, size_t size);      /* first error is kept and returned again */
+rt_status rti_writer_close(rti_writer *writer, bool keep); /* keep false, or an error before: the target is untouched */
+
+/* ---- numbers and text (text.c); independent of the locale ---- */
+
+/* Parses a float at *s (decimal, exponent, no hex, no inf/nan), correctly rounded to double; advances *s. false: no number there. */
+bool rti_parse_double(const char **s, const char *end, double *out);
+bool rti_parse_int(const char **s, const char *end, int64_t *out); /* false on overflow too */
+/* Shortest text that reads back as the same float; buffer of at least 32. Returns buffer. */
+const char *rti_num(char *buffer, float x);
+const char *rti_num_double(char *buffer, double x);
+/* The name in names[count] nearest to `word` (edit distance <= 1 + length / 3), or NULL. */
+const char *rti_nearest(const char *word, const char *const *names, size_t count);
+/* Length-limited, escaped copy of foreign text for a message (control bytes and invalid UTF-8 become \xNN). Returns buffer. */
+const char *rti_quote(char *buffer, size_t size, const char *text, size_t length);
+
+/* ---- hashing (hash.c) ---- */
+
+/* 128-bit content hash, the same on every machine (input bytes little-endian). Streaming. Not cryptographic. */
+typedef struct rti_hash {
+    uint64_t lo, hi;
+} rti_hash;
+typedef struct rti_hasher {
+    uint64_t a, b, length;
+    uint8_t tail[16];
+    uint32_t tail_count;
+} rti_hasher;
+void rti_hasher_init(rti_hasher *h);
+void rti_hasher_add(rti_hasher *h, const void *data, size_t size);
+rti_hash rti_hasher_end(rti_hasher *h);
+rti_hash rti_hash_bytes(const void *data, size_t size);
+static inline bool rti_hash_equal(rti_hash a, rti_hash b) { return a.lo == b.lo && a.hi == b.hi; }
+const char *rti_hash_text(char buffer[33], rti_hash hash); /* 32 hex digits */
+
+#endif

@@ -1,0 +1,126 @@
+/** librt: status, memory, tasks, context.
+ *
+ *  Conventions of every header here. Right-handed space; angles in degrees; colours linear RGB; lengths in the scene's own unit.
+ *  Descriptors: `rt_x_desc d = rt_x_desc_default();` then set fields; a descriptor whose struct_size is 0 was not made so and is refused
+ *  with a sentence. New fields are added at the end, so a caller compiled against an older header goes on working. Objects are
+ *  opaque; create is paired with destroy, and destroy(NULL) does nothing. Calls that can fail return rt_status; the sentence is in
+ *  rt_context_error. The library never exits, prints, sets a locale or installs a signal handler, and it keeps no pointer of the
+ *  caller's unless a function says so. Any number of contexts may live at once; nothing is global.
+ */
+#ifndef LIBRT_BASE_H
+#define LIBRT_BASE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(RT_STATIC)
+#define RT_API
+#else
+#define RT_API __attribute__((visibility("default")))
+#endif
+
+#define RT_VERSION_MAJOR 0
+#define RT_VERSION_MINOR 1
+#define RT_VERSION_PATCH 0
+#define RT_INVALID_ID 0xffffffffu
+
+typedef enum rt_status {
+    RT_OK = 0,
+    RT_ERROR_ARGUMENT,     /**< an argument is out of its range, or a descriptor was not initialised */
+    RT_ERROR_STATE,        /**< the call does not fit now: not committed, job running */
+    RT_ERROR_MEMORY,       /**< the allocator gave NULL */
+    RT_ERROR_MEMORY_LIMIT, /**< more than the context's limit, or than the machine has free */
+    RT_ERROR_IO,           /**< a file cannot be opened, read or written */
+    RT_ERROR_FORMAT,       /**< a file's content is broken or not understood */
+    RT_ERROR_UNSUPPORTED,  /**< a valid wish that this build or file version cannot fulfil */
+    RT_ERROR_CANCELLED,    /**< rt_job_cancel, or a progress callback asked for it */
+    RT_ERROR_THREAD        /**< the system gave no thread */
+} rt_status;
+
+typedef struct rt_context rt_context;
+typedef struct rt_scene rt_scene;
+typedef struct rt_image rt_image;
+typedef struct rt_job rt_job;
+
+typedef struct rt_vec3 {
+    float x, y, z;
+} rt_vec3;
+
+/** Row-major 3x4 affine map: world = m[0..2][0..2] * p + m[.][3]. */
+typedef struct rt_transform {
+    float m[12];
+} rt_transform;
+
+/** Allocator in the shape of Lua's: new_size 0 frees and returns NULL; ptr NULL allocates (old_size is 0); else resizes. Blocks are aligned
+ *  as malloc's are. old_size is exact. Called from any thread that computes, at the same time: it must be thread-safe. */
+typedef void *(*rt_allocate_fn)(void *user, void *ptr, size_t old_size, size_t new_size);
+
+typedef enum rt_log_level { RT_LOG_ERROR = 0, RT_LOG_WARNING, RT_LOG_INFO, RT_LOG_DEBUG } rt_log_level;
+
+/** One line without a newline. Called on the thread that has something to say, one at a time per context. */
+typedef void (*rt_log_fn)(void *user, rt_log_level level, const char *message);
+
+/** Lends the host's task system: run task(data, i) for every i in [0, count), at the same time where possible, and return when all
+ *  have returned. May be called from several threads and from inside a task. */
+typedef void (*rt_parallel_fn)(void *user, uint32_t count, void (*task)(void *data, uint32_t index), void *data);
+
+typedef struct rt_context_desc {
+    uint32_t struct_size;
+    uint32_t workers; /**< threads that compute; 0: the CPUs this process may use (affinity, cgroup quota); 1: only the caller's. At most 1024 */
+    rt_allocate_fn allocate; /**< NULL: malloc */
+    void *allocate_user;
+    rt_log_fn log; /**< NULL: silent */
+    void *log_user;
+    rt_parallel_fn parallel; /**< NULL: own threads, started on first need, ended with the context */
+    void *parallel_user;
+    uint64_t memory_limit; /**< bytes this context may hold at once; 0: no limit of its own */
+} rt_context_desc;
+
+/** Descriptor with every default written. */
+RT_API rt_context_desc rt_context_desc_default(void);
+
+/** Makes a context.
+ *  desc     in   NULL: the defaults
+ *  context  out  set to NULL on error
+ *  Errors   ARGUMENT (struct_size, workers > 1024), MEMORY
+ *  Threads  any
+ *  Owner    the caller: rt_context_destroy, after everything made from it */
+RT_API rt_status rt_context_create(const rt_context_desc *desc, rt_context **context);
+
+/** Ends the context's threads and frees it. Scenes, images and jobs made from it must be destroyed before. NULL is fine. */
+RT_API void rt_context_destroy(rt_context *context);
+
+/** Copies the calling thread's last message, a sentence that names the argument and the value, cut to size with its NUL.
+ *  Returns the whole length without NUL; 0 when there was no error on this thread. buffer may be NULL when size is 0.
+ *  Threads any; each thread sees its own message (the 64 threads that failed last are remembered). */
+RT_API size_t rt_context_error(const rt_context *context, char *buffer, size_t size);
+
+/** Number of workers this context computes with (never 0). */
+RT_API uint32_t rt_context_workers(const rt_context *context);
+
+/** Bytes held now and at most since creation, through the allocator hook. Either pointer may be NULL. */
+RT_API void rt_context_memory(const rt_context *context, uint64_t *now, uint64_t *peak);
+
+/** The name of a status, as "RT_ERROR_IO"; "unknown status" for other numbers. Never NULL. */
+RT_API const char *rt_status_name(rt_status status);
+
+/** "0.1.0", the library's own version at run time. */
+RT_API const char *rt_version(void);
+
+/** What this build was made with, as "lua=5.4 stb=yes png=yes ...": one line for bug reports. */
+RT_API const char *rt_build_info(void);
+
+/** CPUs this process may use: affinity mask and cgroup quota, at least 1. */
+RT_API uint32_t rt_cpu_count(void);
+
+/** Bytes a program may still take: free memory of the machine and of its cgroup, the smaller. */
+RT_API uint64_t rt_memory_available(void);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

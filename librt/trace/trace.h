@@ -1,0 +1,44 @@
+/* A tracer answers batches of rays with hits; nothing above this line knows which one it is (architecture.md, idea 2). */
+#ifndef RTI_TRACE_H
+#define RTI_TRACE_H
+
+#include "../base/base.h"
+#include "../kernel/blocks.h"
+#include "../kernel/snapshot.h"
+
+#define RTI_TRACE_COHERENT 1u      /* rays of a tile's camera or towards one point: packets pay */
+#define RTI_TRACE_COMMON_ORIGIN 2u /* all rays of the batch start at one point */
+/* The hit blocks hold, on input, the last hit of each ray (prim RTK_INVALID: none): the answer is the next one in the order of hits
+ * (t, instance, geometry, primitive), equal t included. This is how multi-hit and tinted shadows step. A closed shape gives all its roots. */
+#define RTI_TRACE_AFTER 4u
+#define RTI_TRACE_STEPS 8u /* scratch->steps: per ray, nodes visited + primitives tested (the tree-cost layer) */
+
+/* What a worker lends a tracer. stats are added to; steps (may be NULL) is u32[count] when RTI_TRACE_STEPS is set. */
+typedef struct rti_trace_stats {
+    uint64_t rays, nodes, leaves, tests;
+} rti_trace_stats;
+typedef struct rti_scratch {
+    rti_trace_stats stats;
+    uint32_t *steps;
+} rti_scratch;
+
+typedef struct rti_tracer {
+    const char *name; /* as in settings.traversal: "brute", "kdtree", "octree" */
+    const char *help;
+    uint32_t tree;  /* RTK_TREE_* it walks; NONE: no tree needed */
+    uint32_t width; /* rays handled together */
+    /* Closest hit of rays [0, count) in rays[(count + 15) / 16]. Writes every hit. Blocks are 64-byte aligned. Lanes behind count are ignored. */
+    void (*intersect)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint32_t count, uint32_t flags,
+                      rti_scratch *scratch);
+    /* Any hit: bit i % 16 of occluded[i / 16] says that ray i hits something in (tmin, tmax). */
+    void (*occluded)(const rtk_scene *scene, const rtk_trace_block *rays, uint16_t *occluded, uint32_t count, uint32_t flags,
+                     rti_scratch *scratch);
+} rti_tracer;
+
+/* All tracers of this build, in the order of trace.def. */
+uint32_t rti_tracer_count(void);
+const rti_tracer *rti_tracer_at(uint32_t index);
+/* By name; NULL when there is none. */
+const rti_tracer *rti_tracer_find(const char *name);
+
+#endif

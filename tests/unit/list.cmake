@@ -1,0 +1,2 @@
+# One line a unit test, sorted.
+librt_unit_test(base)
