@@ -1,0 +1,58 @@
+/** librt: images. Linear float RGBA in rows from the top, with text entries. */
+#ifndef LIBRT_IMAGE_H
+#define LIBRT_IMAGE_H
+
+#include "librt/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Black, transparent. width, height 1 ... 1048576, memory within the context's limit. Errors ARGUMENT, MEMORY. Owner the caller. */
+RT_API rt_status rt_image_create(rt_context *context, uint32_t width, uint32_t height, rt_image **image);
+RT_API void rt_image_destroy(rt_image *image);
+RT_API uint32_t rt_image_width(const rt_image *image);
+RT_API uint32_t rt_image_height(const rt_image *image);
+/** The pixels: float[4] a pixel (linear R, G, B, coverage), row-major from the top left, no padding. Valid until destroy. */
+RT_API float *rt_image_pixels(rt_image *image);
+RT_API const float *rt_image_pixels_const(const rt_image *image);
+
+/** A text entry (metadata), kept in order; an equal key replaces. It goes into PNG text chunks. Errors MEMORY, ARGUMENT (empty key, > 79 bytes). */
+RT_API rt_status rt_image_set_text(rt_image *image, const char *key, const char *value);
+RT_API const char *rt_image_get_text(const rt_image *image, const char *key); /* NULL: none */
+
+/** Reads PNG, JPEG, GIF, BMP, TGA, HDR (8-bit values are taken as sRGB). The size is checked against the memory limit before decoding; cut files are refused.
+ *  Errors IO, FORMAT, MEMORY, UNSUPPORTED (built without a reader). */
+RT_API rt_status rt_image_load(rt_context *context, const char *path, rt_image **image);
+
+typedef enum rt_tone { RT_TONE_NONE = 0, RT_TONE_FILMIC } rt_tone;
+typedef struct rt_save_desc {
+    uint32_t struct_size;
+    const char *format; /**< "png", "jpg", "bmp", "tga", "hdr"; NULL: by the path's ending */
+    float exposure;     /**< stops: values are multiplied by 2^exposure */
+    rt_tone tone;       /**< curve before the sRGB encoding (not for hdr) */
+    uint32_t bits;      /**< PNG: 8 or 16 */
+    uint32_t quality;   /**< JPEG: 1 ... 100 */
+    int alpha;          /**< PNG, TGA: keep the coverage as alpha */
+    int no_text;        /**< leave the text entries out */
+} rt_save_desc;
+RT_API rt_save_desc rt_save_desc_default(void);
+/** Writes the file beside the target and renames it when whole; "-" is standard output (format needed). Without libpng, PNG has 8 bits.
+ *  Errors IO (disk full, no such folder; the old file stays), UNSUPPORTED (format unknown or not built; named), ARGUMENT. */
+RT_API rt_status rt_image_save(const rt_image *image, const char *path, const rt_save_desc *desc);
+
+/** Hash of size and float pixels, bit for bit: 32 hex digits and NUL. */
+RT_API void rt_image_hash(const rt_image *image, char text[33]);
+
+typedef struct rt_image_difference {
+    uint64_t differing_pixels;  /**< any channel, any bit (after the encoding to 8 bits when both come from 8-bit files, otherwise as floats) */
+    uint32_t first_x, first_y;  /**< the first of them in reading order */
+    double max_abs, mse, psnr;  /**< over RGB as sRGB-encoded values in 0 ... 1; psnr is infinite when equal */
+} rt_image_difference;
+/** Errors ARGUMENT when the sizes differ (the sentence names them). difference_map: NULL or receives an image of |a - b|. */
+RT_API rt_status rt_image_compare(const rt_image *a, const rt_image *b, rt_image_difference *difference, rt_image **difference_map);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,11 @@
+/** librt: an embeddable ray tracing library. This header includes all of the public API. */
+#ifndef LIBRT_RT_H
+#define LIBRT_RT_H
+
+#include "librt/base.h"
+#include "librt/image.h"
+#include "librt/import.h"
+#include "librt/render.h"
+#include "librt/scene.h"
+
+#endif

@@ -1,0 +1,361 @@
+/** librt: scenes. An rt_scene is the editable description; rt_scene_commit turns it into an immutable snapshot that renders and queries use.
+ *
+ *  A render or query holds the snapshot it began with, so a scene may be edited and committed beside it. Editing calls on one scene must
+ *  not run at the same time as each other or as its commit; queries may run at any time. Every add copies its data. Handles are
+ *  positions in description order, from 0, one count a kind; a removed one is never given again. */
+#ifndef LIBRT_SCENE_H
+#define LIBRT_SCENE_H
+
+#include "librt/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct rt_material {
+    uint32_t id;
+} rt_material; /* {0} is the scene's default material */
+typedef struct rt_texture {
+    uint32_t id;
+} rt_texture; /* {RT_INVALID_ID}: none */
+typedef struct rt_geometry {
+    uint32_t id;
+} rt_geometry; /* the geom_id of hits */
+typedef struct rt_instance {
+    uint32_t id;
+} rt_instance; /* the inst_id of hits */
+typedef struct rt_light {
+    uint32_t id;
+} rt_light;
+
+/** Bits of a geometry's mask that the renderer's own rays carry; the upper 24 bits are the caller's. */
+enum { RT_MASK_CAMERA = 1, RT_MASK_SHADOW = 2, RT_MASK_REFLECTION = 4, RT_MASK_REFRACTION = 8, RT_MASK_DIFFUSE = 16 };
+#define RT_MASK_ALL 0xffffffffu
+
+/* ---- scene ---- */
+
+/** Makes an empty scene with one default material (white, diffusion 1) and no light. Errors ARGUMENT, MEMORY. Owner the caller. */
+RT_API rt_status rt_scene_create(rt_context *context, rt_scene **scene);
+/** Running jobs keep the snapshot they hold. A scene that others instance lives on until they are destroyed. NULL is fine. */
+RT_API void rt_scene_destroy(rt_scene *scene);
+RT_API rt_context *rt_scene_context(const rt_scene *scene);
+
+/* ---- textures ---- */
+
+typedef enum rt_pixel_format { RT_PIXEL_RGB8 = 0, RT_PIXEL_RGBA8, RT_PIXEL_GRAY8, RT_PIXEL_RGB32F, RT_PIXEL_RGBA32F } rt_pixel_format;
+typedef enum rt_wrap { RT_WRAP_REPEAT = 0, RT_WRAP_CLAMP } rt_wrap;
+typedef struct rt_texture_desc {
+    uint32_t struct_size;
+    uint32_t width, height; /**< 1 ... 65536 */
+    const void *pixels;     /**< rows from the top, without padding */
+    rt_pixel_format format;
+    rt_wrap wrap;
+    int linear;  /**< 8-bit values are linear already (0: sRGB encoded) */
+    int nearest; /**< no interpolation, no mip-maps */
+} rt_texture_desc;
+RT_API rt_texture_desc rt_texture_desc_default(void);
+/** Errors ARGUMENT, MEMORY. Threads: one editor. Owner: pixels are copied. */
+RT_API rt_status rt_scene_add_texture(rt_scene *scene, const rt_texture_desc *desc, rt_texture *texture);
+/** Reads an image file (PNG, JPEG, GIF, BMP, TGA, HDR) and adds it. desc gives wrap, linear, nearest (its size and pixels are ignored); NULL: defaults.
+ *  The same file with the same desc added twice gives the same texture. Errors IO, FORMAT, MEMORY, UNSUPPORTED (built without an image reader). */
+RT_API rt_status rt_scene_load_texture(rt_scene *scene, const char *path, const rt_texture_desc *desc, rt_texture *texture);
+
+/* ---- materials ---- */
+
+typedef enum rt_material_type {
+    RT_MATERIAL_CLASSIC = 0, /**< the model of paper 000: diffuse, mirror, glass, highlight, each by its weight */
+    RT_MATERIAL_EMISSIVE     /**< a body that shines with `emission` and scatters nothing */
+} rt_material_type;
+typedef struct rt_material_desc {
+    uint32_t struct_size;
+    rt_material_type type;
+    rt_vec3 color;        /**< linear, 0 ... 1 */
+    float diffusion;      /**< weight of Lambert reflection, 0 ... 1 */
+    float reflectiveness; /**< weight of the mirror direction, 0 ... 1 */
+    float transparency;   /**< weight of the refracted ray, 0 ... 1 */
+    float refractiveness; /**< index of refraction; 0 counts as 1 (paper 000 writes 0 for opaque bodies) */
+    float ambient;        /**< weight of the scene's ambient light, 0 ... 1 */
+    float specular;       /**< weight of the highlight (normalised Blinn-Phong), >= 0 */
+    float shininess;      /**< its exponent, 1 ... 100000 */
+    rt_vec3 emission;     /**< radiance */
+    rt_texture color_texture; /**< multiplies color */
+    rt_texture alpha_texture; /**< its alpha (or grey, when it has none) cuts holes where it is below alpha_cut */
+    float alpha_cut;
+    int opaque_shadow; /**< a transparent body that casts a full shadow */
+} rt_material_desc;
+RT_API rt_material_desc rt_material_desc_default(void);
+/** Errors ARGUMENT (names the field and the value), MEMORY. */
+RT_API rt_status rt_scene_add_material(rt_scene *scene, const rt_material_desc *desc, rt_material *material);
+RT_API rt_status rt_scene_set_material(rt_scene *scene, rt_material material, const rt_material_desc *desc);
+
+/* ---- geometry: each add gives one geometry, or an error and no change ---- */
+
+/** Fields that every geometry has. */
+typedef struct rt_geometry_common {
+    rt_material material;
+    uint32_t mask;    /**< seen by rays with (ray mask & mask) != 0 */
+    uint32_t user_id; /**< yours; in rt_surface */
+    float uv_transform[6]; /**< texture placement: u' = a u + b v + c, v' = d u + e v + f */
+} rt_geometry_common;
+
+/** Triangles. Degenerate ones are legal and never hit. */
+typedef struct rt_mesh_desc {
+    uint32_t struct_size;
+    rt_geometry_common common;
+    const float *positions; /**< [3 vertex_count], finite */
+    uint32_t vertex_count;
+    const uint32_t *indices; /**< [3 triangle_count], each < vertex_count */
+    uint32_t triangle_count;
+    const float *normals;            /**< [3 vertex_count] or NULL: smooth shading; a zero normal falls back to the face's */
+    const float *uvs;                /**< [2 vertex_count] or NULL; v grows upwards in the image */
+    const float *colors;             /**< [3 vertex_count] linear, or NULL: multiply the material's colour */
+    const uint32_t *face_materials;  /**< [triangle_count] material ids, or NULL: common.material */
+} rt_mesh_desc;
+RT_API rt_mesh_desc rt_mesh_desc_default(void);
+RT_API rt_status rt_scene_add_mesh(rt_scene *scene, const rt_mesh_desc *desc, rt_geometry *geometry);
+
+/** Polygon faces (a polyhedron): face f has face_sizes[f] corners (3 ... 65535), simple polygons, convex or not, near to planar. They are cut into
+ *  triangles (ear clipping); prim_id of a hit is a triangle's, rt_surface gives the face. */
+typedef struct rt_polyhedron_desc {
+    uint32_t struct_size;
+    rt_geometry_common common;
+    const float *positions;
+    uint32_t vertex_count;
+    const uint32_t *face_sizes;
+    uint32_t face_count;
+    const uint32_t *indices; /**< the corners of all faces in a row */
+    size_t index_count;      /**< must be the sum of face_sizes */
+} rt_polyhedron_desc;
+RT_API rt_polyhedron_desc rt_polyhedron_desc_default(void);
+RT_API rt_status rt_scene_add_polyhedron(rt_scene *scene, const rt_polyhedron_desc *desc, rt_geometry *geometry);
+
+typedef struct rt_sphere_desc {
+    uint32_t struct_size;
+    rt_geometry_common common;
+    rt_vec3 center;
+    float radius; /**< > 0 */
+} rt_sphere_desc;
+RT_API rt_sphere_desc rt_sphere_desc_default(void);
+RT_API rt_status rt_scene_add_sphere(rt_scene *scene, const rt_sphere_desc *desc, rt_geometry *geometry);
+
+/** Many spheres as one geometry: prim_id is the index. */
+typedef struct rt_spheres_desc {
+    uint32_t struct_size;
+    rt_geometry_common common;
+    const float *centers; /**< [3 count] */
+    const float *radii;   /**< [count], > 0; or NULL: `radius` for all */
+    float radius;
+    uint32_t count;
+    const float *colors;            /**< [3 count] linear, or NULL */
+    const uint32_t *face_materials; /**< [count] material ids, or NULL */
+} rt_spheres_desc;
+RT_API rt_spheres_desc rt_spheres_desc_default(void);
+RT_API rt_status rt_scene_add_spheres(rt_scene *scene, const rt_spheres_desc *desc, rt_geometry *geometry);
+
+/** Infinite plane, two-sided. A texture stands in the plane with its lower left corner at `point`, `texture_size` units wide (and as high as the image's
+ *  shape asks; texture_height > 0 sets it), repeated unless the texture clamps; its u axis is horizontal (up x normal) unless u_axis is given. */
+typedef struct rt_plane_desc {
+    uint32_t struct_size;
+    rt_geometry_common common;
+    rt_vec3 point, normal; /**< normal of any length, not zero */
+    rt_vec3 u_axis;        /**< zero: chosen */
+    float texture_size, texture_height;
+} rt_plane_desc;
+RT_API rt_plane_desc rt_plane_desc_default(void);
+RT_API rt_status rt_scene_add_plane(rt_scene *scene, const rt_plane_desc *desc, rt_geometry *geometry);
+
+typedef struct rt_box_desc {
+    uint32_t struct_size;
+    rt_geometry_common common;
+    rt_vec3 low, high; /**< low < high on each axis */
+} rt_box_desc;
+RT_API rt_box_desc rt_box_desc_default(void);
+RT_API rt_status rt_scene_add_box(rt_scene *scene, const rt_box_desc *desc, rt_geometry *geometry);
+
+/** Capped cylinder, and capped cone frustum with radius0 at `from` and radius1 at `to`. */
+typedef struct rt_cone_desc {
+    uint32_t struct_size;
+    rt_geometry_common common;
+    rt_vec3 from, to;       /**< distinct */
+    float radius0, radius1; /**< >= 0, not both 0; a cylinder takes radius0 */
+} rt_cone_desc;
+RT_API rt_cone_desc rt_cone_desc_default(void);
+RT_API rt_status rt_scene_add_cylinder(rt_scene *scene, const rt_cone_desc *desc, rt_geometry *geometry);
+RT_API rt_status rt_scene_add_cone(rt_scene *scene, const rt_cone_desc *desc, rt_geometry *geometry);
+
+typedef struct rt_torus_desc {
+    uint32_t struct_size;
+    rt_geometry_common common;
+    rt_vec3 center, axis;
+    float major_radius, minor_radius; /**< 0 < minor < major */
+} rt_torus_desc;
+RT_API rt_torus_desc rt_torus_desc_default(void);
+RT_API rt_status rt_scene_add_torus(rt_scene *scene, const rt_torus_desc *desc, rt_geometry *geometry);
+
+RT_API rt_status rt_scene_set_geometry_material(rt_scene *scene, rt_geometry geometry, rt_material material);
+RT_API rt_status rt_scene_set_geometry_mask(rt_scene *scene, rt_geometry geometry, uint32_t mask);
+RT_API rt_status rt_scene_remove_geometry(rt_scene *scene, rt_geometry geometry);
+
+/* ---- instances: a whole scene placed in another (two levels: the child may have no instances of its own) ---- */
+
+typedef struct rt_instance_desc {
+    uint32_t struct_size;
+    rt_scene *child;        /**< same context, committed before the parent is; later edits of it count from the parent's next commit */
+    rt_transform transform; /**< invertible */
+    rt_material material;   /**< {RT_INVALID_ID}: the child's own; else a material of the parent for all of it */
+    uint32_t mask, user_id;
+} rt_instance_desc;
+RT_API rt_instance_desc rt_instance_desc_default(void);
+RT_API rt_status rt_scene_add_instance(rt_scene *scene, const rt_instance_desc *desc, rt_instance *instance);
+RT_API rt_status rt_scene_set_instance_transform(rt_scene *scene, rt_instance instance, const rt_transform *transform);
+RT_API rt_status rt_scene_remove_instance(rt_scene *scene, rt_instance instance);
+
+/** Affine maps. Angle in degrees, right-handed about the axis. multiply(a, b): b first, then a. */
+RT_API rt_transform rt_transform_identity(void);
+RT_API rt_transform rt_transform_translate(rt_vec3 by);
+RT_API rt_transform rt_transform_scale(rt_vec3 by);
+RT_API rt_transform rt_transform_rotate(rt_vec3 axis, float degrees);
+RT_API rt_transform rt_transform_multiply(rt_transform a, rt_transform b);
+
+/* ---- lights, world, camera ---- */
+
+typedef enum rt_light_type { RT_LIGHT_POINT = 0, RT_LIGHT_SPHERE, RT_LIGHT_DIRECTIONAL } rt_light_type;
+typedef enum rt_falloff {
+    RT_FALLOFF_NONE = 0,      /**< paper 000, POV-Ray: a white surface of diffusion 1 facing the light shows `color`, at any distance */
+    RT_FALLOFF_INVERSE_SQUARE /**< POINT: color is the radiant intensity / pi; SPHERE: color is the radiance of its surface */
+} rt_falloff;
+typedef struct rt_light_desc {
+    uint32_t struct_size;
+    rt_light_type type;
+    rt_vec3 at;        /**< POINT, SPHERE */
+    rt_vec3 direction; /**< DIRECTIONAL: the way the light travels */
+    float radius;      /**< SPHERE, > 0: soft shadows */
+    rt_vec3 color;     /**< linear, >= 0 */
+    float intensity;   /**< multiplies color */
+    rt_falloff falloff;
+    int visible;      /**< SPHERE: its body is seen (as an emissive sphere that casts no shadow of its own light) */
+    uint32_t samples; /**< shadow rays a hit; 0: the render's setting */
+} rt_light_desc;
+RT_API rt_light_desc rt_light_desc_default(void);
+/** A point light inside an opaque sphere of the scene is not shadowed by that sphere: the sphere is its lamp. */
+RT_API rt_status rt_scene_add_light(rt_scene *scene, const rt_light_desc *desc, rt_light *light);
+RT_API rt_status rt_scene_set_light(rt_scene *scene, rt_light light, const rt_light_desc *desc);
+RT_API rt_status rt_scene_remove_light(rt_scene *scene, rt_light light);
+
+typedef struct rt_world_desc {
+    uint32_t struct_size;
+    rt_vec3 ambient;
+    rt_vec3 background;     /**< towards -y */
+    rt_vec3 background_top; /**< towards +y; equal to background: plain */
+    rt_texture background_texture; /**< equirectangular, seen instead */
+} rt_world_desc;
+RT_API rt_world_desc rt_world_desc_default(void);
+RT_API rt_status rt_scene_set_world(rt_scene *scene, const rt_world_desc *desc);
+
+typedef enum rt_camera_type { RT_CAMERA_PINHOLE = 0, RT_CAMERA_ORTHOGRAPHIC } rt_camera_type;
+typedef struct rt_camera_desc {
+    uint32_t struct_size;
+    rt_camera_type type;
+    rt_vec3 eye, look_at, up; /**< eye != look_at; an up along the view is replaced */
+    float fov_deg;            /**< vertical, 0 < fov < 180 */
+    float height;             /**< ORTHOGRAPHIC: height of the window in scene units, > 0 */
+} rt_camera_desc;
+RT_API rt_camera_desc rt_camera_desc_default(void);
+RT_API rt_status rt_scene_set_camera(rt_scene *scene, const rt_camera_desc *desc);
+RT_API rt_status rt_scene_get_camera(const rt_scene *scene, rt_camera_desc *desc);
+/** Puts a pinhole camera so that everything finite is seen from ahead, a little above and to the right, at the given aspect (width / height). */
+RT_API rt_status rt_scene_frame_camera(rt_scene *scene, float aspect);
+/** Box of everything finite in the description. An empty scene gives low > high. Errors ARGUMENT. */
+RT_API rt_status rt_scene_bounds(const rt_scene *scene, rt_vec3 *low, rt_vec3 *high);
+
+/* ---- commit ---- */
+
+typedef struct rt_commit_desc {
+    uint32_t struct_size;
+    const char *accel; /**< trees to build: "auto" (= "kdtree"), "kdtree", "octree", "brute" (none), or several with commas */
+    const char *builder; /**< kd-tree: "auto", "exact", "binned", "paper" (exact, depth up to 96) */
+    uint32_t max_depth, leaf_size;                     /**< 0: the builder's own */
+    float cost_traverse, cost_intersect, empty_bonus; /**< 0: the builder's own */
+    float duplication; /**< bound of references per primitive; 0: the builder's own */
+} rt_commit_desc;
+RT_API rt_commit_desc rt_commit_desc_default(void);
+/** Makes the snapshot. Chunks whose content has not changed are shared with the last one (a material edit builds no tree), and within the context by content.
+ *  A tree that a render or query asks for later by name and that is missing is built then.
+ *  desc     NULL: defaults (or what the last commit used)
+ *  Errors   MEMORY, MEMORY_LIMIT, CANCELLED (by rt_scene_cancel), STATE (child not committed), ARGUMENT
+ *  Threads  one editor; queries and renders of the old snapshot go on */
+RT_API rt_status rt_scene_commit(rt_scene *scene, const rt_commit_desc *desc);
+/** Ends a commit that runs on another thread within 100 ms; it returns CANCELLED and the old snapshot stays. Any thread. */
+RT_API void rt_scene_cancel(rt_scene *scene);
+
+/** Content hash of the committed snapshot (all that can change an image, without trees), 32 hex digits and NUL. Errors STATE. */
+RT_API rt_status rt_scene_hash(const rt_scene *scene, char text[33]);
+
+typedef struct rt_tree_info {
+    const char *name; /**< "kdtree", "octree" */
+    uint64_t primitives, references, nodes, leaves, empty_leaves, bytes;
+    uint32_t depth, largest_leaf;
+    double build_seconds;
+    float sah_cost;
+} rt_tree_info;
+typedef struct rt_scene_info {
+    uint64_t triangles, shapes, planes, geometries, instances, materials, textures, lights;
+    uint64_t geometry_bytes, attribute_bytes, texture_bytes, tree_bytes, total_bytes;
+    uint32_t tree_count; /**< trees of all groups and the top level */
+    uint32_t reused_chunks, built_trees; /**< by the last commit */
+} rt_scene_info;
+RT_API rt_status rt_scene_get_info(const rt_scene *scene, rt_scene_info *info);
+/** Statistics of one tree, index < tree_count. group: 0 the scene's own, then the children in order of first use; RT_INVALID_ID: top level. */
+RT_API rt_status rt_scene_get_tree_info(const rt_scene *scene, uint32_t index, uint32_t *group, rt_tree_info *info);
+
+/** One file with the committed snapshot: versioned, hashed. Errors IO, STATE. */
+RT_API rt_status rt_scene_save(const rt_scene *scene, const char *path);
+/** A scene that holds the saved snapshot: it renders and answers queries; editing calls give STATE. The file is not trusted: every count, offset, index and the
+ *  hash are checked. Errors IO, FORMAT, MEMORY. */
+RT_API rt_status rt_scene_load(rt_context *context, const char *path, rt_scene **scene);
+
+/* ---- queries ---- */
+
+/** t in units of dir (any length); a hit counts when tmin < t < tmax. A NaN, zero or infinite direction or origin, or tmin >= tmax, misses. */
+typedef struct rt_ray {
+    rt_vec3 org;
+    float tmin;
+    rt_vec3 dir;
+    float tmax;
+    uint32_t mask;
+} rt_ray;
+typedef struct rt_hit {
+    float t;    /**< tmax on a miss */
+    float u, v; /**< triangles: weights of the second and third vertex; other shapes: surface parameters */
+    uint32_t prim_id, geom_id, inst_id; /**< RT_INVALID_ID on a miss; inst_id also for geometry of the scene itself */
+} rt_hit;
+
+/** Closest hits. rays [count] in, hits [count] out. Equal t: the lowest (instance, geometry, primitive) in description order, the scene's own geometry first.
+ *  Errors none: the scene must be committed. Threads any number, beside edits too. Owner keeps no pointer; allocates nothing. */
+RT_API void rt_scene_intersect(const rt_scene *scene, const rt_ray *rays, rt_hit *hits, size_t count);
+/** Any hit in (tmin, tmax): occluded[i] = 1 or 0. Otherwise as rt_scene_intersect. */
+RT_API void rt_scene_occluded(const rt_scene *scene, const rt_ray *rays, uint8_t *occluded, size_t count);
+/** The first `capacity` hits along one ray in the order of hits, coincident ones included. Returns how many were written. */
+RT_API size_t rt_scene_intersect_all(const rt_scene *scene, const rt_ray *ray, rt_hit *hits, size_t capacity);
+/** The tracer that rt_scene_intersect and its like use: "auto", "kdtree", "octree", "brute". Takes effect at the next commit. Errors ARGUMENT with the names. */
+RT_API rt_status rt_scene_set_tracer(rt_scene *scene, const char *name);
+
+/** What is at a hit. */
+typedef struct rt_surface {
+    rt_vec3 position;  /**< world space */
+    rt_vec3 ng, ns;    /**< unit geometric and shading normal, outwards as described (not turned to the ray) */
+    float u, v;        /**< texture coordinates after placement */
+    rt_material material;
+    uint32_t material_scene; /**< 0: material is of this scene; else 1 + index of the child's group */
+    uint32_t face_id;  /**< polyhedron: the face; mesh: the triangle; spheres: the index */
+    uint32_t user_id, inst_user_id;
+    rt_vec3 color;     /**< the material's colour with texture and vertex colour */
+    float position_error; /**< bound of the distance between position and the true hit */
+} rt_surface;
+/** Errors none; a miss gives all zero and material {RT_INVALID_ID}. ray: the one that gave the hit. Threads any. */
+RT_API void rt_scene_surface(const rt_scene *scene, const rt_ray *ray, const rt_hit *hit, rt_surface *surface);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
