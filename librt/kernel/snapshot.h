@@ -69,7 +69,8 @@ typedef struct rtk_geom {
     rtk_u64 off_indices, off_normals, off_uvs, off_colors, off_materials, off_faces;
     float uv_xfm[6]; /* texture placement of planes and shapes: u' = a u + b v + c, v' = d u + e v + f */
     float t_dir[3];  /* plane: direction of growing u; zero = chosen from the normal */
-    rtk_u32 pad[3];
+    rtk_u32 material_base; /* added to the material ids of off_materials: a child's materials stand behind the parent's */
+    rtk_u32 pad[2];
 } rtk_geom;
 
 typedef struct rtk_geometry_header {
