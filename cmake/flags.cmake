@@ -1,9 +1,17 @@
-# One set of flags for all of librt's own C. -ffp-contract=off is a promise (same bits everywhere), not a preference.
+# One set of flags for all of librt's own C. -ffp-contract=off is a promise (same bits everywhere), not a preference; the two -fno- flags
+# change no value, only the book-keeping of errno and of traps. The prefix maps keep the build's folders out of the binaries.
 add_library(librt_flags INTERFACE)
-target_compile_options(librt_flags INTERFACE -Wall -Wextra -Wpedantic -Wmissing-prototypes -Wstrict-prototypes -Wshadow
-  -ffp-contract=off -fno-math-errno -fno-trapping-math -ffile-prefix-map=${CMAKE_SOURCE_DIR}=.)
+set(librt_warnings -Wall -Wextra -Wpedantic -Wshadow $<$<COMPILE_LANGUAGE:C>:-Wmissing-prototypes> $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes>)
+target_compile_options(librt_flags INTERFACE ${librt_warnings}
+  -ffp-contract=off -fno-math-errno -fno-trapping-math
+  -ffile-prefix-map=${CMAKE_SOURCE_DIR}=. -ffile-prefix-map=${CMAKE_BINARY_DIR}=out)
 target_compile_definitions(librt_flags INTERFACE _POSIX_C_SOURCE=200809L)
 target_include_directories(librt_flags INTERFACE ${CMAKE_SOURCE_DIR}/librt/include)
+
+option(LIBRT_WERROR "Warnings end the build" OFF)
+if(LIBRT_WERROR)
+  target_compile_options(librt_flags INTERFACE -Werror)
+endif()
 
 set(LIBRT_SANITIZE "" CACHE STRING "Sanitizers for everything, as in -fsanitize=: address,undefined or thread")
 if(LIBRT_SANITIZE)

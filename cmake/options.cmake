@@ -2,6 +2,9 @@
 foreach(part LUA STB PNG MPI OPENCL)
   set(LIBRT_${part} AUTO CACHE STRING "AUTO, ON or OFF")
   set_property(CACHE LIBRT_${part} PROPERTY STRINGS AUTO ON OFF)
+  if(NOT LIBRT_${part} MATCHES "^(AUTO|ON|OFF)$")
+    message(FATAL_ERROR "LIBRT_${part} is \"${LIBRT_${part}}\"; it must be AUTO, ON or OFF")
+  endif()
   set(LIBRT_HAVE_${part} OFF)
 endforeach()
 
@@ -11,16 +14,18 @@ macro(librt_require part what)
   endif()
 endmacro()
 
+set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
 find_package(PkgConfig QUIET)
 
+# Systems name Lua 5.4's module differently: Debian lua5.4, Fedora lua, Arch lua54, BSD lua-5.4.
 if(NOT LIBRT_LUA STREQUAL "OFF" AND PkgConfig_FOUND)
-  pkg_check_modules(LUA54 QUIET IMPORTED_TARGET lua5.4)
+  pkg_search_module(LUA54 QUIET IMPORTED_TARGET lua5.4 lua-5.4 lua54 "lua>=5.4 lua<5.5")
   if(LUA54_FOUND)
     set(LIBRT_HAVE_LUA ON)
   endif()
 endif()
-librt_require(LUA "Lua 5.4 (liblua5.4-dev)")
+librt_require(LUA "Lua 5.4 (Debian: liblua5.4-dev and pkg-config)")
 
 if(NOT LIBRT_STB STREQUAL "OFF")
   if(PkgConfig_FOUND)
@@ -31,7 +36,7 @@ if(NOT LIBRT_STB STREQUAL "OFF")
     set(LIBRT_HAVE_STB ON)
   endif()
 endif()
-librt_require(STB "stb_image.h (libstb-dev)")
+librt_require(STB "stb_image.h (Debian: libstb-dev)")
 
 if(NOT LIBRT_PNG STREQUAL "OFF")
   find_package(PNG QUIET)
@@ -39,12 +44,12 @@ if(NOT LIBRT_PNG STREQUAL "OFF")
     set(LIBRT_HAVE_PNG ON)
   endif()
 endif()
-librt_require(PNG "libpng (libpng-dev)")
+librt_require(PNG "libpng (Debian: libpng-dev)")
 
-# Their components have not been built yet; the switches are here so that a user's command line stays valid.
+# This version has neither component. OFF and AUTO are accepted, so that one command line serves every version.
 foreach(part MPI OPENCL)
   if(LIBRT_${part} STREQUAL "ON")
-    message(FATAL_ERROR "LIBRT_${part}=ON: this version has no ${part} component")
+    message(FATAL_ERROR "LIBRT_${part}=ON: this version of librt has no ${part} component")
   endif()
 endforeach()
 
