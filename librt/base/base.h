@@ -1,4 +1,5 @@
-/* The lowest floor: memory, messages, threads, clock, files, numbers. All operating-system code of the library stands in base/. */
+/* The lowest floor: memory, messages, threads, clock, files, numbers. All operating-system code of the library stands in base/.
+ */
 #ifndef RTI_BASE_H
 #define RTI_BASE_H
 
@@ -13,12 +14,12 @@
 
 #if defined(__GNUC__)
 #define RTI_PRINTF(a, b) __attribute__((format(printf, a, b)))
-#define RTI_UNUSED __attribute__((unused))
+#define RTI_UNUSED       __attribute__((unused))
 #else
 #define RTI_PRINTF(a, b)
 #define RTI_UNUSED
 #endif
-#define RTI_COUNT(a) (sizeof(a) / sizeof((a)[0]))
+#define RTI_COUNT(a)   (sizeof(a) / sizeof((a)[0]))
 #define RTI_CACHE_LINE 64u
 
 /* ---- memory (memory.c): every byte goes through the context's hook and is counted against its limit ---- */
@@ -50,8 +51,8 @@ void rti_arena_fini(rti_arena *arena);
 
 /* ---- messages (error.c) ---- */
 
-/* Sets the calling thread's message and returns status: `return rti_fail(ctx, RT_ERROR_ARGUMENT, "rt_scene_add_sphere: radius is %g; it must
- * be a positive number", r);`. Numbers are printed in the C locale's way: use rti_num for floats. */
+/* Sets the calling thread's message and returns status: `return rti_fail(ctx, RT_ERROR_ARGUMENT, "rt_scene_add_sphere: radius is
+ * %g; it must be a positive number", r);`. Numbers are printed in the C locale's way: use rti_num for floats. */
 rt_status rti_fail(rt_context *ctx, rt_status status, const char *format, ...) RTI_PRINTF(3, 4);
 rt_status rti_fail_v(rt_context *ctx, rt_status status, const char *format, va_list args) RTI_PRINTF(3, 0);
 /* "WHAT: N bytes could not be had" with MEMORY or, when the limit is the reason, MEMORY_LIMIT with the numbers. */
@@ -64,8 +65,9 @@ rt_status rti_desc_take(rt_context *ctx, const char *what, const void *desc, voi
 
 /* ---- threads (pool.c) ---- */
 
-/* Runs task(data, i) for every i in [0, count) on the context's workers (or the host's tasks) and returns when all are done. The calling
- * thread takes part. Nested calls are allowed and run without deadlock. Tasks get no order; results must not depend on it. */
+/* Runs task(data, i) for every i in [0, count) on the context's workers (or the host's tasks) and returns when all are done. The
+ * calling thread takes part. Nested calls are allowed and run without deadlock. Tasks get no order; results must not depend on
+ * it. */
 void rti_parallel(rt_context *ctx, uint32_t count, void (*task)(void *data, uint32_t index), void *data);
 
 /* Computing threads of a public call run under round-to-nearest, denormals kept, exceptions masked; put back by leave. */
@@ -79,7 +81,30 @@ void rti_fp_leave(rti_fpenv env);
 typedef struct rti_cancel {
     atomic_bool asked;
 } rti_cancel;
-static inline bool rti_cancelled(rti_cancel *c) { return c && atomic_load_explicit(&c->asked, memory_order_relaxed); }
+static inline bool rti_cancelled(rti_cancel *c)
+{
+    return c && atomic_load_explicit(&c->asked, memory_order_relaxed);
+}
+
+/* Makes sure that the context's own threads run. RT_ERROR_THREAD when the system gives none at all (fewer than asked is a warning
+ * in the log). A context with a task hook or one worker needs none. */
+rt_status rti_pool_start(rt_context *ctx);
+
+/* Work that goes on behind the caller's back (render jobs): `count` of the context's threads call run(data, i), i in [0, count).
+ * Returns a handle, or NULL with a message; join waits for all and frees it. Threads are new ones, so a job never waits for a
+ * build in the pool. */
+typedef struct rti_threads rti_threads;
+rti_threads *rti_threads_start(rt_context *ctx, uint32_t count, void (*run)(void *data, uint32_t index), void *data);
+void rti_threads_join(rt_context *ctx, rti_threads *threads); /* NULL is fine */
+
+/* One object of the scene floor that lives as long as the context (its cache of chunks). get returns NULL until one was set. */
+void *rti_context_cache(rt_context *ctx);
+/* Sets it unless one is there already; returns the one that is there now. end is called by rt_context_destroy. */
+void *rti_context_set_cache(rt_context *ctx, void *cache, void (*end)(rt_context *ctx, void *cache));
+
+/* The host's task hook is in use: jobs are then driven by the thread that waits. */
+bool rti_context_has_tasks(const rt_context *ctx);
+uint64_t rti_context_memory_limit(const rt_context *ctx); /* 0: none */
 
 /* ---- clock, machine (os.c) ---- */
 double rti_now(void);        /* seconds, monotonic */
@@ -88,19 +113,21 @@ void rti_sleep(double seconds);
 
 /* ---- files (file.c); paths are bytes ---- */
 
-/* Whole file into one block (64-aligned, *size + 1 bytes allocated, a NUL behind the last). Refuses directories, devices that never end, and more than
- * `limit` bytes (0: none). The message names the path and the reason. Free with rti_free(ctx, data, size + 1). */
+/* Whole file into one block (64-aligned, *size + 1 bytes allocated, a NUL behind the last). Refuses directories, devices that
+ * never end, and more than `limit` bytes (0: none). The message names the path and the reason. Free with rti_free(ctx, data, size
+ * + 1). */
 rt_status rti_file_read(rt_context *ctx, const char *path, uint64_t limit, void **data, size_t *size);
 
 /* Writes beside the target and renames when all is on disk: a reader sees the old file or the new, never a part. */
 typedef struct rti_writer rti_writer;
 rt_status rti_writer_open(rt_context *ctx, const char *path, rti_writer **writer); /* path "-": standard output */
-rt_status rti_writer_write(rti_writer *writer, const void *data, size_t size);      /* first error is kept and returned again */
+rt_status rti_writer_write(rti_writer *writer, const void *data, size_t size);     /* first error is kept and returned again */
 rt_status rti_writer_close(rti_writer *writer, bool keep); /* keep false, or an error before: the target is untouched */
 
 /* ---- numbers and text (text.c); independent of the locale ---- */
 
-/* Parses a float at *s (decimal, exponent, no hex, no inf/nan), correctly rounded to double; advances *s. false: no number there. */
+/* Parses a float at *s (decimal, exponent, no hex, no inf/nan), correctly rounded to double; advances *s. false: no number there.
+ */
 bool rti_parse_double(const char **s, const char *end, double *out);
 bool rti_parse_int(const char **s, const char *end, int64_t *out); /* false on overflow too */
 /* Shortest text that reads back as the same float; buffer of at least 32. Returns buffer. */
@@ -126,7 +153,10 @@ void rti_hasher_init(rti_hasher *h);
 void rti_hasher_add(rti_hasher *h, const void *data, size_t size);
 rti_hash rti_hasher_end(rti_hasher *h);
 rti_hash rti_hash_bytes(const void *data, size_t size);
-static inline bool rti_hash_equal(rti_hash a, rti_hash b) { return a.lo == b.lo && a.hi == b.hi; }
+static inline bool rti_hash_equal(rti_hash a, rti_hash b)
+{
+    return a.lo == b.lo && a.hi == b.hi;
+}
 const char *rti_hash_text(char buffer[33], rti_hash hash); /* 32 hex digits */
 
 #endif

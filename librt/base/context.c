@@ -1,0 +1,175 @@
+#include "context.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+rt_context_desc rt_context_desc_default(void)
+{
+    rt_context_desc d;
+    memset(&d, 0, sizeof d);
+    d.struct_size = sizeof d;
+    return d;
+}
+
+static void *allocate_malloc(void *user, void *ptr, size_t old_size, size_t new_size)
+{
+    (void)user;
+    (void)old_size;
+    if (new_size == 0) {
+        free(ptr);
+        return NULL;
+    }
+    return realloc(ptr, new_size);
+}
+
+/* There is no context yet to keep a sentence, so a wrong descriptor of it is told by the status alone. */
+static rt_status take_desc(const rt_context_desc *desc, rt_context_desc *full)
+{
+    *full = rt_context_desc_default();
+    if (!desc)
+        return RT_OK;
+    if (desc->struct_size < sizeof(uint32_t) * 2 || desc->struct_size > 65536)
+        return RT_ERROR_ARGUMENT;
+    memcpy(full, desc, desc->struct_size < sizeof *full ? desc->struct_size : sizeof *full);
+    full->struct_size = sizeof *full;
+    return full->workers <= 1024 ? RT_OK : RT_ERROR_ARGUMENT;
+}
+
+rt_status rt_context_create(const rt_context_desc *desc, rt_context **context)
+{
+    rt_context_desc d;
+    rt_context *ctx;
+    rt_status status;
+    if (!context)
+        return RT_ERROR_ARGUMENT;
+    *context = NULL;
+    status = take_desc(desc, &d);
+    if (status != RT_OK)
+        return status;
+    if (!d.allocate)
+        d.allocate = allocate_malloc;
+    ctx = d.allocate(d.allocate_user, NULL, 0, sizeof *ctx);
+    if (!ctx)
+        return RT_ERROR_MEMORY;
+    memset(ctx, 0, sizeof *ctx);
+    ctx->messages = d.allocate(d.allocate_user, NULL, 0, RTI_MESSAGE_SLOTS * sizeof *ctx->messages);
+    if (!ctx->messages) {
+        d.allocate(d.allocate_user, ctx, sizeof *ctx, 0);
+        return RT_ERROR_MEMORY;
+    }
+    memset(ctx->messages, 0, RTI_MESSAGE_SLOTS * sizeof *ctx->messages);
+    ctx->allocate = d.allocate;
+    ctx->allocate_user = d.allocate_user;
+    ctx->log = d.log;
+    ctx->log_user = d.log_user;
+    ctx->parallel = d.parallel;
+    ctx->parallel_user = d.parallel_user;
+    ctx->memory_limit = d.memory_limit;
+    ctx->workers = d.workers ? d.workers : rt_cpu_count();
+    atomic_init(&ctx->memory_now, 0);
+    atomic_init(&ctx->memory_peak, 0);
+    pthread_mutex_init(&ctx->message_lock, NULL);
+    pthread_mutex_init(&ctx->log_lock, NULL);
+    pthread_mutex_init(&ctx->pool_lock, NULL);
+    pthread_mutex_init(&ctx->cache_lock, NULL);
+    *context = ctx;
+    return RT_OK;
+}
+
+void rt_context_destroy(rt_context *ctx)
+{
+    if (!ctx)
+        return;
+    if (ctx->cache && ctx->cache_end)
+        ctx->cache_end(ctx, ctx->cache);
+    rti_pool_destroy(ctx, ctx->pool);
+    pthread_mutex_destroy(&ctx->message_lock);
+    pthread_mutex_destroy(&ctx->log_lock);
+    pthread_mutex_destroy(&ctx->pool_lock);
+    pthread_mutex_destroy(&ctx->cache_lock);
+    ctx->allocate(ctx->allocate_user, ctx->messages, RTI_MESSAGE_SLOTS * sizeof *ctx->messages, 0);
+    ctx->allocate(ctx->allocate_user, ctx, sizeof *ctx, 0);
+}
+
+uint32_t rt_context_workers(const rt_context *context)
+{
+    return context->workers;
+}
+
+void rt_context_memory(const rt_context *context, uint64_t *now, uint64_t *peak)
+{
+    if (now)
+        *now = atomic_load_explicit(&context->memory_now, memory_order_relaxed);
+    if (peak)
+        *peak = atomic_load_explicit(&context->memory_peak, memory_order_relaxed);
+}
+
+void *rti_context_cache(rt_context *ctx)
+{
+    void *cache;
+    pthread_mutex_lock(&ctx->cache_lock);
+    cache = ctx->cache;
+    pthread_mutex_unlock(&ctx->cache_lock);
+    return cache;
+}
+
+void *rti_context_set_cache(rt_context *ctx, void *cache, void (*end)(rt_context *ctx, void *cache))
+{
+    void *there;
+    pthread_mutex_lock(&ctx->cache_lock);
+    if (!ctx->cache) {
+        ctx->cache = cache;
+        ctx->cache_end = end;
+    }
+    there = ctx->cache;
+    pthread_mutex_unlock(&ctx->cache_lock);
+    return there;
+}
+
+bool rti_context_has_tasks(const rt_context *ctx)
+{
+    return ctx->parallel != NULL;
+}
+
+uint64_t rti_context_memory_limit(const rt_context *ctx)
+{
+    return ctx->memory_limit;
+}
+
+const char *rt_status_name(rt_status status)
+{
+    static const char *const names[] = {
+        "RT_OK",       "RT_ERROR_ARGUMENT", "RT_ERROR_STATE",       "RT_ERROR_MEMORY",    "RT_ERROR_MEMORY_LIMIT",
+        "RT_ERROR_IO", "RT_ERROR_FORMAT",   "RT_ERROR_UNSUPPORTED", "RT_ERROR_CANCELLED", "RT_ERROR_THREAD"};
+    return (unsigned)status < RTI_COUNT(names) ? names[status] : "unknown status";
+}
+
+#define RTI_STRING_(x) #x
+#define RTI_STRING(x)  RTI_STRING_(x)
+
+const char *rt_version(void)
+{
+    return RTI_STRING(RT_VERSION_MAJOR) "." RTI_STRING(RT_VERSION_MINOR) "." RTI_STRING(RT_VERSION_PATCH);
+}
+
+const char *rt_build_info(void)
+{
+    return "librt " RTI_STRING(RT_VERSION_MAJOR) "." RTI_STRING(RT_VERSION_MINOR) "." RTI_STRING(RT_VERSION_PATCH)
+#if defined(RTI_HAVE_STB)
+        " stb=yes"
+#else
+        " stb=no"
+#endif
+#if defined(RTI_HAVE_PNG)
+        " png=yes"
+#else
+        " png=no"
+#endif
+        " mpi=no opencl=no"
+#if defined(__clang__)
+        " clang=" RTI_STRING(__clang_major__) "." RTI_STRING(__clang_minor__)
+#elif defined(__GNUC__)
+        " gcc=" RTI_STRING(__GNUC__) "." RTI_STRING(__GNUC_MINOR__)
+#endif
+            ;
+}

@@ -1,0 +1,49 @@
+/* What a context is made of. Only base/ looks inside. */
+#ifndef RTI_CONTEXT_H
+#define RTI_CONTEXT_H
+
+#include <pthread.h>
+
+#include "base.h"
+
+#define RTI_MESSAGE_SIZE  1024
+#define RTI_MESSAGE_SLOTS 64
+
+typedef struct rti_message {
+    pthread_t thread;
+    uint64_t order; /* 0: free; else the larger, the younger */
+    char text[RTI_MESSAGE_SIZE];
+} rti_message;
+
+typedef struct rti_pool rti_pool;
+
+struct rt_context {
+    rt_allocate_fn allocate;
+    void *allocate_user;
+    rt_log_fn log;
+    void *log_user;
+    rt_parallel_fn parallel;
+    void *parallel_user;
+    uint64_t memory_limit;
+    uint32_t workers;
+
+    atomic_uint_fast64_t memory_now, memory_peak;
+
+    pthread_mutex_t message_lock;
+    uint64_t message_order;
+    rti_message *messages; /* [RTI_MESSAGE_SLOTS] */
+
+    pthread_mutex_t log_lock;
+
+    pthread_mutex_t pool_lock;
+    rti_pool *pool; /* made on first need */
+
+    /* Room for the scene floor's cache of chunks: set and ended by it (rti_context_set_cache). */
+    pthread_mutex_t cache_lock;
+    void *cache;
+    void (*cache_end)(rt_context *ctx, void *cache);
+};
+
+void rti_pool_destroy(rt_context *ctx, rti_pool *pool);
+
+#endif

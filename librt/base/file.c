@@ -1,0 +1,279 @@
+/* Whole files in, and files out that are either the old one or the new one. */
+#include <errno.h>
+#include <fcntl.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base.h"
+
+/* strerror is not thread-safe and speaks the locale's language; these few say it plainly. */
+static const char *reason(int e)
+{
+    switch (e) {
+    case ENOENT:
+        return "there is no such file or folder";
+    case EACCES:
+    case EPERM:
+        return "permission denied";
+    case EISDIR:
+        return "it is a folder";
+    case ENOTDIR:
+        return "a part of the path is not a folder";
+    case ENAMETOOLONG:
+        return "the name is too long";
+    case ENOSPC:
+    case EDQUOT:
+        return "the disk is full";
+    case EROFS:
+        return "the file system is read-only";
+    case EMFILE:
+    case ENFILE:
+        return "too many files are open";
+    case ELOOP:
+        return "too many symbolic links";
+    case EFBIG:
+        return "the file is too large";
+    case EPIPE:
+        return "nobody reads any more";
+    case EIO:
+        return "input or output error";
+    default:
+        return "system error";
+    }
+}
+
+static rt_status fail_path(rt_context *ctx, const char *doing, const char *path, int e)
+{
+    char name[512];
+    return rti_fail(ctx, RT_ERROR_IO, "%s: cannot %s: %s (errno %d)", rti_quote(name, sizeof name, path, strlen(path)), doing,
+                    reason(e), e);
+}
+
+static rt_status read_all(rt_context *ctx, int fd, const char *path, uint64_t limit, size_t guess, void **data, size_t *size)
+{
+    size_t capacity = guess + 1, used = 0;
+    unsigned char *block = rti_alloc(ctx, capacity + 1);
+    char name[512];
+    if (!block)
+        return rti_fail_memory(ctx, rti_quote(name, sizeof name, path, strlen(path)), capacity + 1);
+    for (;;) {
+        ssize_t n;
+        if (used == capacity) { /* grows only when the file does while we read it, or is a pipe */
+            size_t grown = capacity * 2;
+            void *moved = rti_realloc(ctx, block, capacity + 1, grown + 1);
+            if (!moved) {
+                rti_free(ctx, block, capacity + 1);
+                return rti_fail_memory(ctx, rti_quote(name, sizeof name, path, strlen(path)), grown + 1);
+            }
+            block = moved;
+            capacity = grown;
+        }
+        n = read(fd, block + used, capacity - used);
+        if (n == 0)
+            break;
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n < 0) {
+            int e = errno;
+            rti_free(ctx, block, capacity + 1);
+            return fail_path(ctx, "read it", path, e);
+        }
+        used += (size_t)n;
+        if (limit && used > limit) {
+            rti_free(ctx, block, capacity + 1);
+            return rti_fail(ctx, RT_ERROR_MEMORY_LIMIT, "%s: the file has more than the %llu bytes allowed",
+                            rti_quote(name, sizeof name, path, strlen(path)), (unsigned long long)limit);
+        }
+    }
+    if (used != capacity) { /* the caller frees size + 1 bytes */
+        void *fitted = rti_realloc(ctx, block, capacity + 1, used + 1);
+        if (!fitted) {
+            rti_free(ctx, block, capacity + 1);
+            return rti_fail_memory(ctx, rti_quote(name, sizeof name, path, strlen(path)), used + 1);
+        }
+        block = fitted;
+    }
+    block[used] = 0;
+    *data = block;
+    *size = used;
+    return RT_OK;
+}
+
+rt_status rti_file_read(rt_context *ctx, const char *path, uint64_t limit, void **data, size_t *size)
+{
+    struct stat st;
+    char name[512];
+    rt_status status;
+    int fd;
+    *data = NULL;
+    *size = 0;
+    fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); /* a named pipe without a writer does not hang us */
+    if (fd < 0)
+        return fail_path(ctx, "open it for reading", path, errno);
+    if (fstat(fd, &st) != 0) {
+        int e = errno;
+        close(fd);
+        return fail_path(ctx, "look at it", path, e);
+    }
+    if (!S_ISREG(st.st_mode)) {
+        close(fd);
+        return rti_fail(ctx, RT_ERROR_IO, "%s: %s, not a regular file", rti_quote(name, sizeof name, path, strlen(path)),
+                        S_ISDIR(st.st_mode) ? "it is a folder" : "it is a device or a pipe");
+    }
+    if ((limit && (uint64_t)st.st_size > limit) || (uint64_t)st.st_size > SIZE_MAX / 4) {
+        close(fd);
+        return rti_fail(ctx, RT_ERROR_MEMORY_LIMIT, "%s: the file has %llu bytes; %llu are allowed",
+                        rti_quote(name, sizeof name, path, strlen(path)), (unsigned long long)st.st_size,
+                        (unsigned long long)(limit ? limit : SIZE_MAX / 4));
+    }
+    status = read_all(ctx, fd, path, limit, (size_t)st.st_size, data, size);
+    close(fd);
+    return status;
+}
+
+/* ---- writer ---- */
+
+struct rti_writer {
+    rt_context *ctx;
+    char *path, *aside; /* aside NULL: written straight (standard output, devices, pipes) */
+    size_t path_size, aside_size;
+    int fd;
+    bool own_fd;
+    rt_status status;
+    size_t used;
+    unsigned char buffer[65536];
+};
+
+static rt_status flush(rti_writer *w)
+{
+    size_t at = 0;
+    while (w->status == RT_OK && at < w->used) {
+        ssize_t n = write(w->fd, w->buffer + at, w->used - at);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n < 0)
+            w->status = fail_path(w->ctx, "write it", w->path, errno);
+        else
+            at += (size_t)n;
+    }
+    w->used = 0;
+    return w->status;
+}
+
+static void writer_free(rti_writer *w)
+{
+    rt_context *ctx = w->ctx;
+    rti_free(ctx, w->path, w->path_size);
+    rti_free(ctx, w->aside, w->aside_size);
+    rti_free(ctx, w, sizeof *w);
+}
+
+static bool is_plain_target(const char *path)
+{
+    struct stat st;
+    return stat(path, &st) != 0 || S_ISREG(st.st_mode);
+}
+
+/* A name of our own beside the target: ".NAME.PID-N.part" is not longer than the name limit allows for usual names; the counter
+ * avoids what is there. */
+static rt_status open_aside(rti_writer *w)
+{
+    const char *slash = strrchr(w->path, '/');
+    size_t folder = slash ? (size_t)(slash - w->path) + 1 : 0;
+    w->aside_size = folder + 64;
+    w->aside = rti_alloc(w->ctx, w->aside_size);
+    if (!w->aside)
+        return rti_fail_memory(w->ctx, "writing a file", w->aside_size);
+    memcpy(w->aside, w->path, folder);
+    for (unsigned n = 0; n < 10000; n++) {
+        snprintf(w->aside + folder, 64, ".rtray-%ld-%u.part", (long)getpid(), n);
+        w->fd = open(w->aside, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (w->fd >= 0)
+            return RT_OK;
+        if (errno != EEXIST)
+            break;
+    }
+    return fail_path(w->ctx, "write beside it", w->path, errno);
+}
+
+rt_status rti_writer_open(rt_context *ctx, const char *path, rti_writer **writer)
+{
+    rti_writer *w;
+    rt_status status = RT_OK;
+    struct stat st;
+    *writer = NULL;
+    if (path[0] == '\0')
+        return rti_fail(ctx, RT_ERROR_IO, "the name of the file to write is empty");
+    w = rti_alloc_zero(ctx, sizeof *w);
+    if (!w)
+        return rti_fail_memory(ctx, "writing a file", sizeof *w);
+    w->ctx = ctx;
+    w->fd = -1;
+    w->own_fd = true;
+    w->path_size = strlen(path) + 1;
+    w->path = rti_alloc(ctx, w->path_size);
+    if (!w->path) {
+        status = rti_fail_memory(ctx, "writing a file", w->path_size);
+        writer_free(w);
+        return status;
+    }
+    memcpy(w->path, path, w->path_size);
+    if (strcmp(path, "-") == 0) {
+        w->fd = STDOUT_FILENO;
+        w->own_fd = false;
+    } else if (stat(path, &st) == 0 && S_ISDIR(st.st_mode)) {
+        status = fail_path(ctx, "write it", path, EISDIR);
+    } else if (is_plain_target(path)) {
+        status = open_aside(w);
+    } else {
+        w->fd = open(path, O_WRONLY | O_CLOEXEC | O_NOCTTY);
+        if (w->fd < 0)
+            status = fail_path(ctx, "open it for writing", path, errno);
+    }
+    if (status != RT_OK) {
+        if (w->fd >= 0 && w->own_fd)
+            close(w->fd);
+        writer_free(w);
+        return status;
+    }
+    *writer = w;
+    return RT_OK;
+}
+
+rt_status rti_writer_write(rti_writer *w, const void *data, size_t size)
+{
+    const unsigned char *p = data;
+    while (w->status == RT_OK && size > 0) {
+        size_t room = sizeof w->buffer - w->used, take = size < room ? size : room;
+        memcpy(w->buffer + w->used, p, take);
+        w->used += take;
+        p += take;
+        size -= take;
+        if (w->used == sizeof w->buffer)
+            flush(w);
+    }
+    return w->status;
+}
+
+rt_status rti_writer_close(rti_writer *w, bool keep)
+{
+    rt_status status;
+    if (!w)
+        return RT_OK;
+    if (keep)
+        flush(w);
+    status = w->status;
+    if (w->aside && keep && status == RT_OK && fsync(w->fd) != 0 && errno != EINVAL && errno != ENOSYS)
+        status = fail_path(w->ctx, "write it", w->path, errno);
+    if (w->own_fd && close(w->fd) != 0 && keep && status == RT_OK)
+        status = fail_path(w->ctx, "write it", w->path, errno);
+    if (w->aside) {
+        if (keep && status == RT_OK && rename(w->aside, w->path) != 0)
+            status = fail_path(w->ctx, "put it in its place", w->path, errno);
+        if (!keep || status != RT_OK)
+            unlink(w->aside);
+    }
+    writer_free(w);
+    return status;
+}

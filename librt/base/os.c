@@ -1,0 +1,147 @@
+/* What the machine is and how late it is. */
+#if defined(__linux__)
+#define _GNU_SOURCE /* sched_getaffinity */
+#include <sched.h>
+#endif
+#include <errno.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "base.h"
+
+double rti_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+double rti_thread_cpu(void)
+{
+    struct timespec t;
+    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t) != 0)
+        return 0;
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+void rti_sleep(double seconds)
+{
+    struct timespec t;
+    if (!(seconds > 0))
+        return;
+    if (seconds > 1e6)
+        seconds = 1e6;
+    t.tv_sec = (time_t)seconds;
+    t.tv_nsec = (long)((seconds - (double)t.tv_sec) * 1e9);
+    nanosleep(&t, NULL);
+}
+
+/* First line of a small file of the system, NUL-ended; false when it cannot be read. */
+static bool read_line(const char *path, char *buffer, size_t size)
+{
+    FILE *f = fopen(path, "r");
+    bool ok;
+    if (!f)
+        return false;
+    ok = fgets(buffer, (int)size, f) != NULL;
+    fclose(f);
+    return ok;
+}
+
+static bool read_number(const char *path, uint64_t *out)
+{
+    char line[64];
+    const char *s = line;
+    int64_t x;
+    if (!read_line(path, line, sizeof line) || !rti_parse_int(&s, line + strlen(line), &x) || x < 0)
+        return false; /* "max" is no number: no limit */
+    *out = (uint64_t)x;
+    return true;
+}
+
+/* CPUs' worth of time that the control group grants; 0: no bound. */
+static uint32_t cgroup_cpus(void)
+{
+    char line[96];
+    const char *s = line, *end;
+    int64_t quota, period;
+    uint64_t q, p;
+    if (read_line("/sys/fs/cgroup/cpu.max", line, sizeof line)) {
+        end = line + strlen(line);
+        if (!rti_parse_int(&s, end, &quota))
+            return 0;
+        while (s < end && *s == ' ')
+            s++;
+        if (!rti_parse_int(&s, end, &period))
+            return 0;
+    } else if (read_number("/sys/fs/cgroup/cpu/cpu.cfs_quota_us", &q) &&
+               read_number("/sys/fs/cgroup/cpu/cpu.cfs_period_us", &p)) {
+        quota = (int64_t)q;
+        period = (int64_t)p;
+    } else {
+        return 0;
+    }
+    if (quota <= 0 || period <= 0)
+        return 0;
+    return (uint32_t)((quota + period - 1) / period);
+}
+
+uint32_t rt_cpu_count(void)
+{
+    long n = 0;
+    uint32_t granted = cgroup_cpus();
+#if defined(__linux__)
+    cpu_set_t set;
+    if (sched_getaffinity(0, sizeof set, &set) == 0)
+        n = CPU_COUNT(&set);
+#endif
+    if (n <= 0)
+        n = sysconf(_SC_NPROCESSORS_ONLN);
+    if (n <= 0)
+        n = 1;
+    if (n > 1024)
+        n = 1024;
+    return granted && granted < (uint32_t)n ? granted : (uint32_t)n;
+}
+
+static uint64_t machine_memory(void)
+{
+    FILE *f = fopen("/proc/meminfo", "r");
+    char line[128];
+    uint64_t found = 0;
+    if (f) {
+        while (fgets(line, sizeof line, f)) {
+            const char *s = line + 13;
+            int64_t kib;
+            if (strncmp(line, "MemAvailable:", 13) != 0)
+                continue;
+            while (*s == ' ')
+                s++;
+            if (rti_parse_int(&s, line + strlen(line), &kib) && kib >= 0)
+                found = (uint64_t)kib * 1024;
+            break;
+        }
+        fclose(f);
+    }
+    if (!found) {
+        long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+        if (pages > 0 && page > 0)
+            found = (uint64_t)pages * (uint64_t)page;
+    }
+    return found ? found : UINT64_MAX;
+}
+
+uint64_t rt_memory_available(void)
+{
+    uint64_t free_bytes = machine_memory(), limit = 0, used = 0;
+    bool grouped = (read_number("/sys/fs/cgroup/memory.max", &limit) && read_number("/sys/fs/cgroup/memory.current", &used)) ||
+                   (read_number("/sys/fs/cgroup/memory/memory.limit_in_bytes", &limit) &&
+                    read_number("/sys/fs/cgroup/memory/memory.usage_in_bytes", &used));
+    if (grouped) {
+        uint64_t left = limit > used ? limit - used : 0;
+        if (left < free_bytes)
+            free_bytes = left;
+    }
+    return free_bytes;
+}

@@ -1,0 +1,280 @@
+/* The context's threads. A parallel loop is a record on its caller's stack, listed in the pool while it has indices left; the
+ * caller takes indices like everyone else, so a loop inside a loop cannot deadlock: whoever waits has no index of its own left to
+ * run. */
+#include <string.h>
+
+#if defined(__x86_64__) || defined(__i386__)
+#include <xmmintrin.h>
+#endif
+
+#include "context.h"
+
+typedef struct loop {
+    struct loop *next, *prev;
+    void (*task)(void *data, uint32_t index);
+    void *data;
+    uint32_t count, taken, done; /* under the pool's lock */
+} loop;
+
+struct rti_pool {
+    pthread_mutex_t lock;
+    pthread_cond_t work; /* a loop was listed, or the end is near */
+    pthread_cond_t done; /* some loop's last index has returned */
+    loop *first;
+    bool ending;
+    uint32_t thread_count, capacity;
+    pthread_t threads[];
+};
+
+#if defined(__x86_64__) || defined(__i386__)
+#define MXCSR_STANDARD 0x1f80u /* round to nearest, denormals kept, all exceptions masked */
+rti_fpenv rti_fp_enter(void)
+{
+    rti_fpenv env;
+    env.saved = _mm_getcsr();
+    if ((env.saved & 0xffc0u) != MXCSR_STANDARD)
+        _mm_setcsr(MXCSR_STANDARD);
+    return env;
+}
+
+void rti_fp_leave(rti_fpenv env)
+{
+    if ((env.saved & 0xffc0u) != MXCSR_STANDARD)
+        _mm_setcsr(env.saved);
+}
+#elif defined(__aarch64__)
+rti_fpenv rti_fp_enter(void)
+{
+    rti_fpenv env;
+    uint64_t now, zero = 0;
+    __asm__ volatile("mrs %0, fpcr" : "=r"(now));
+    env.saved = (uint32_t)now;
+    if (env.saved != 0)
+        __asm__ volatile("msr fpcr, %0" : : "r"(zero));
+    return env;
+}
+
+void rti_fp_leave(rti_fpenv env)
+{
+    uint64_t before = env.saved;
+    if (env.saved != 0)
+        __asm__ volatile("msr fpcr, %0" : : "r"(before));
+}
+#else
+#include <fenv.h>
+rti_fpenv rti_fp_enter(void)
+{
+    rti_fpenv env;
+    env.saved = (uint32_t)fegetround();
+    fesetround(FE_TONEAREST);
+    return env;
+}
+
+void rti_fp_leave(rti_fpenv env)
+{
+    fesetround((int)env.saved);
+}
+#endif
+
+static void unlist(rti_pool *pool, loop *l)
+{
+    if (l->prev)
+        l->prev->next = l->next;
+    else
+        pool->first = l->next;
+    if (l->next)
+        l->next->prev = l->prev;
+}
+
+/* Runs one index of l; the lock is held before and after. */
+static void run_one(rti_pool *pool, loop *l)
+{
+    uint32_t index = l->taken++;
+    if (l->taken == l->count)
+        unlist(pool, l);
+    pthread_mutex_unlock(&pool->lock);
+    l->task(l->data, index);
+    pthread_mutex_lock(&pool->lock);
+    if (++l->done == l->count)
+        pthread_cond_broadcast(&pool->done);
+}
+
+static void *pool_thread(void *arg)
+{
+    rti_pool *pool = arg;
+    rti_fp_enter();
+    pthread_mutex_lock(&pool->lock);
+    for (;;) {
+        if (pool->first)
+            run_one(pool, pool->first);
+        else if (pool->ending)
+            break;
+        else
+            pthread_cond_wait(&pool->work, &pool->lock);
+    }
+    pthread_mutex_unlock(&pool->lock);
+    return NULL;
+}
+
+static rti_pool *pool_create(rt_context *ctx)
+{
+    uint32_t capacity = ctx->workers - 1;
+    rti_pool *pool = rti_alloc_zero(ctx, sizeof *pool + capacity * sizeof(pthread_t));
+    if (!pool)
+        return NULL;
+    pool->capacity = capacity;
+    pthread_mutex_init(&pool->lock, NULL);
+    pthread_cond_init(&pool->work, NULL);
+    pthread_cond_init(&pool->done, NULL);
+    while (pool->thread_count < capacity && pthread_create(&pool->threads[pool->thread_count], NULL, pool_thread, pool) == 0)
+        pool->thread_count++;
+    if (pool->thread_count < capacity)
+        rti_log(ctx, RT_LOG_WARNING, "the system gave %u of %u worker threads; going on with those", pool->thread_count,
+                capacity);
+    return pool;
+}
+
+void rti_pool_destroy(rt_context *ctx, rti_pool *pool)
+{
+    if (!pool)
+        return;
+    pthread_mutex_lock(&pool->lock);
+    pool->ending = true;
+    pthread_cond_broadcast(&pool->work);
+    pthread_mutex_unlock(&pool->lock);
+    for (uint32_t i = 0; i < pool->thread_count; i++)
+        pthread_join(pool->threads[i], NULL);
+    pthread_mutex_destroy(&pool->lock);
+    pthread_cond_destroy(&pool->work);
+    pthread_cond_destroy(&pool->done);
+    rti_free(ctx, pool, sizeof *pool + pool->capacity * sizeof(pthread_t));
+}
+
+/* NULL when there is no memory for it: loops then run on their caller alone. */
+static rti_pool *get_pool(rt_context *ctx)
+{
+    rti_pool *pool;
+    pthread_mutex_lock(&ctx->pool_lock);
+    if (!ctx->pool)
+        ctx->pool = pool_create(ctx);
+    pool = ctx->pool;
+    pthread_mutex_unlock(&ctx->pool_lock);
+    return pool;
+}
+
+typedef struct host_loop {
+    void (*task)(void *data, uint32_t index);
+    void *data;
+} host_loop;
+
+static void host_task(void *data, uint32_t index)
+{
+    host_loop *h = data;
+    rti_fpenv env = rti_fp_enter();
+    h->task(h->data, index);
+    rti_fp_leave(env);
+}
+
+void rti_parallel(rt_context *ctx, uint32_t count, void (*task)(void *data, uint32_t index), void *data)
+{
+    rti_pool *pool = NULL;
+    if (count == 0)
+        return;
+    if (ctx->parallel && count > 1) {
+        host_loop h = {task, data};
+        ctx->parallel(ctx->parallel_user, count, host_task, &h);
+        return;
+    }
+    if (!ctx->parallel && ctx->workers > 1 && count > 1)
+        pool = get_pool(ctx);
+    if (!pool || pool->thread_count == 0) {
+        for (uint32_t i = 0; i < count; i++)
+            task(data, i);
+        return;
+    }
+    loop l = {NULL, NULL, task, data, count, 0, 0};
+    pthread_mutex_lock(&pool->lock);
+    l.next = pool->first; /* the youngest first: inner loops free their waiters */
+    if (l.next)
+        l.next->prev = &l;
+    pool->first = &l;
+    pthread_cond_broadcast(&pool->work);
+    while (l.taken < l.count)
+        run_one(pool, &l);
+    while (l.done < l.count)
+        pthread_cond_wait(&pool->done, &pool->lock);
+    pthread_mutex_unlock(&pool->lock);
+}
+
+rt_status rti_pool_start(rt_context *ctx)
+{
+    rti_pool *pool;
+    if (ctx->parallel || ctx->workers <= 1)
+        return RT_OK;
+    pool = get_pool(ctx);
+    if (!pool)
+        return rti_fail_memory(ctx, "worker threads", sizeof *pool + ctx->workers * sizeof(pthread_t));
+    if (pool->thread_count == 0)
+        return rti_fail(ctx, RT_ERROR_THREAD, "the system gave none of %u worker threads", ctx->workers - 1);
+    return RT_OK;
+}
+
+/* ---- threads of a job ---- */
+
+typedef struct job_thread {
+    rti_threads *threads;
+    pthread_t thread;
+    uint32_t index;
+} job_thread;
+
+struct rti_threads {
+    void (*run)(void *data, uint32_t index);
+    void *data;
+    uint32_t count, started;
+    job_thread each[];
+};
+
+static void *job_thread_main(void *arg)
+{
+    job_thread *t = arg;
+    rti_fp_enter();
+    t->threads->run(t->threads->data, t->index);
+    return NULL;
+}
+
+rti_threads *rti_threads_start(rt_context *ctx, uint32_t count, void (*run)(void *data, uint32_t index), void *data)
+{
+    size_t size = sizeof(rti_threads) + (size_t)count * sizeof(job_thread);
+    rti_threads *t = rti_alloc_zero(ctx, size);
+    if (!t) {
+        rti_fail_memory(ctx, "threads of a job", size);
+        return NULL;
+    }
+    t->run = run;
+    t->data = data;
+    t->count = count;
+    for (uint32_t i = 0; i < count; i++) {
+        t->each[i].threads = t;
+        t->each[i].index = i;
+        if (pthread_create(&t->each[i].thread, NULL, job_thread_main, &t->each[i]) != 0)
+            break;
+        t->started++;
+    }
+    if (t->started == 0) {
+        rti_free(ctx, t, size);
+        rti_fail(ctx, RT_ERROR_THREAD, "the system gave none of %u threads for a job; fewer workers may do", count);
+        return NULL;
+    }
+    if (t->started < count)
+        rti_log(ctx, RT_LOG_WARNING, "the system gave %u of %u threads for a job; going on with those", t->started, count);
+    return t;
+}
+
+void rti_threads_join(rt_context *ctx, rti_threads *threads)
+{
+    if (!threads)
+        return;
+    for (uint32_t i = 0; i < threads->started; i++)
+        pthread_join(threads->each[i].thread, NULL);
+    rti_free(ctx, threads, sizeof *threads + (size_t)threads->count * sizeof(job_thread));
+}

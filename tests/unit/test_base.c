@@ -1,0 +1,291 @@
+/* Floor base: memory, messages, threads, files, numbers, hashing. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <locale.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "base/base.h"
+
+static rt_context *make(uint32_t workers, uint64_t limit)
+{
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    d.workers = workers;
+    d.memory_limit = limit;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    return ctx;
+}
+
+static void test_memory(void **state)
+{
+    (void)state;
+    rt_context *ctx = make(1, 100000);
+    uint64_t now, peak;
+    void *blocks[50];
+    for (size_t i = 0; i < 50; i++) {
+        blocks[i] = rti_alloc(ctx, i * 7);
+        assert_non_null(blocks[i]);
+        assert_int_equal((uintptr_t)blocks[i] % 64, 0);
+        memset(blocks[i], 0xa5, i * 7);
+    }
+    assert_null(rti_alloc(ctx, 100000));
+    assert_int_equal(rti_fail_memory(ctx, "x", 100000), RT_ERROR_MEMORY_LIMIT);
+    assert_null(rti_alloc(ctx, SIZE_MAX));
+    assert_null(rti_alloc_array(ctx, SIZE_MAX / 2, 3));
+    for (size_t i = 0; i < 50; i++)
+        rti_free(ctx, blocks[i], i * 7);
+    rt_context_memory(ctx, &now, &peak);
+    assert_int_equal(now, 0);
+    assert_true(peak > 50 * 49 / 2 * 7 && peak < 100000);
+    rt_context_destroy(ctx);
+}
+
+static void test_context_desc(void **state)
+{
+    (void)state;
+    rt_context_desc d;
+    rt_context *ctx = (rt_context *)&d;
+    memset(&d, 0, sizeof d);
+    assert_int_equal(rt_context_create(&d, &ctx), RT_ERROR_ARGUMENT);
+    assert_null(ctx);
+    d = rt_context_desc_default();
+    d.workers = 1025;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_ERROR_ARGUMENT);
+    rt_context_destroy(NULL);
+}
+
+typedef struct sums {
+    rt_context *ctx;
+    atomic_uint total;
+    uint32_t inner;
+} sums;
+
+static void add_inner(void *data, uint32_t index)
+{
+    sums *s = data;
+    atomic_fetch_add(&s->total, index + 1);
+}
+
+static void add_outer(void *data, uint32_t index)
+{
+    sums *s = data;
+    (void)index;
+    rti_parallel(s->ctx, s->inner, add_inner, s);
+}
+
+static void test_parallel(void **state)
+{
+    (void)state;
+    for (uint32_t workers = 1; workers <= 8; workers++) {
+        rt_context *ctx = make(workers, 0);
+        for (int round = 0; round < 20; round++) {
+            sums s = {ctx, 0, 100};
+            rti_parallel(ctx, 37, add_outer, &s);
+            assert_int_equal(atomic_load(&s.total), 37 * 5050);
+        }
+        rt_context_destroy(ctx);
+    }
+}
+
+static void *fail_on_thread(void *arg)
+{
+    rt_context *ctx = arg;
+    char text[64];
+    rti_fail(ctx, RT_ERROR_IO, "other %d", 2);
+    rt_context_error(ctx, text, sizeof text);
+    assert_string_equal(text, "other 2");
+    return NULL;
+}
+
+static void test_messages(void **state)
+{
+    (void)state;
+    rt_context *ctx = make(1, 0);
+    char text[8];
+    pthread_t t;
+    assert_int_equal(rt_context_error(ctx, text, sizeof text), 0);
+    assert_string_equal(text, "");
+    assert_int_equal(rti_fail(ctx, RT_ERROR_IO, "%s", "0123456789"), RT_ERROR_IO);
+    for (int i = 0; i < 200; i++) {
+        pthread_create(&t, NULL, fail_on_thread, ctx);
+        pthread_join(t, NULL);
+        if (i % 10 == 0)
+            rti_fail(ctx, RT_ERROR_IO, "%s", "0123456789");
+    }
+    assert_int_equal(rt_context_error(ctx, text, sizeof text), 10);
+    assert_string_equal(text, "0123456");
+    assert_int_equal(rt_context_error(ctx, NULL, 0), 10);
+    rt_context_destroy(ctx);
+}
+
+static double parse(const char *text)
+{
+    const char *s = text;
+    double x = NAN;
+    assert_true(rti_parse_double(&s, text + strlen(text), &x));
+    assert_int_equal(*s, 0);
+    return x;
+}
+
+static void test_numbers(void **state)
+{
+    (void)state;
+    static const char *const hard[] = {"0.1",
+                                       "1e23",
+                                       "8.98846567431158e307",
+                                       "2.2250738585072011e-308",
+                                       "4.9e-324",
+                                       "2.4703282292062328e-324",
+                                       "1.7976931348623157e308",
+                                       "9007199254740993",
+                                       "9007199254740993.0000000000000000000000000000001",
+                                       "0.000000000000000000000000000000000000000000001e45",
+                                       "123456789012345678901234567890",
+                                       "1e-400",
+                                       "1e400",
+                                       "7.2057594037927933e16",
+                                       "6.631236846766476e-316",
+                                       "-0.5e+1",
+                                       ".5",
+                                       "5."};
+    for (size_t i = 0; i < RTI_COUNT(hard); i++) {
+        double mine = parse(hard[i]), theirs = strtod(hard[i], NULL);
+        assert_memory_equal(&mine, &theirs, sizeof mine);
+    }
+    uint64_t r = 88172645463325252ull;
+    for (int i = 0; i < 200000; i++) {
+        char text[64];
+        double x, y;
+        r ^= r << 13, r ^= r >> 7, r ^= r << 17;
+        memcpy(&x, &r, 8);
+        if (!isfinite(x))
+            continue;
+        snprintf(text, sizeof text, "%.*g", 1 + (int)(r % 25), x);
+        y = strtod(text, NULL);
+        x = parse(text);
+        assert_memory_equal(&x, &y, sizeof x);
+        x = y;
+        assert_true(parse(rti_num_double(text, x)) == x);
+    }
+    const char *bad[] = {"", "-", ".", "e5", "+.", "x"};
+    for (size_t i = 0; i < RTI_COUNT(bad); i++) {
+        const char *s = bad[i];
+        double x;
+        assert_false(rti_parse_double(&s, bad[i] + strlen(bad[i]), &x));
+    }
+    const char *s = "9223372036854775808";
+    int64_t n;
+    assert_false(rti_parse_int(&s, s + 19, &n));
+    s = "-9223372036854775808";
+    assert_true(rti_parse_int(&s, s + 20, &n) && n == INT64_MIN);
+}
+
+static void test_locale(void **state)
+{
+    (void)state;
+    char buffer[32];
+    if (!setlocale(LC_NUMERIC, "de_DE.UTF-8") && !setlocale(LC_NUMERIC, "de_DE.utf8"))
+        skip();
+    assert_string_equal(rti_num(buffer, 0.5f), "0.5");
+    assert_string_equal(rti_num_double(buffer, 1234.25), "1234.25");
+    assert_true(parse("0.25") == 0.25);
+    setlocale(LC_NUMERIC, "C");
+}
+
+static void test_text(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"radius", "center", "material"};
+    char buffer[24];
+    assert_string_equal(rti_nearest("raduis", names, 3), "radius");
+    assert_string_equal(rti_nearest("CENTRE", names, 3), "center");
+    assert_null(rti_nearest("zzzzzzzz", names, 3));
+    assert_string_equal(rti_quote(buffer, sizeof buffer, "a\n\xff\xc3\xa4", 5), "a\\x0a\\xff\xc3\xa4");
+    assert_true(strlen(rti_quote(buffer, sizeof buffer, "0123456789012345678901234567890", 31)) < sizeof buffer);
+}
+
+static void test_hash(void **state)
+{
+    (void)state;
+    unsigned char data[300];
+    char text[33];
+    for (unsigned i = 0; i < sizeof data; i++)
+        data[i] = (unsigned char)(i * 37);
+    for (size_t cut = 0; cut <= sizeof data; cut += 7) {
+        rti_hasher h;
+        rti_hasher_init(&h);
+        rti_hasher_add(&h, data, cut);
+        rti_hasher_add(&h, data + cut, sizeof data - cut);
+        assert_true(rti_hash_equal(rti_hasher_end(&h), rti_hash_bytes(data, sizeof data)));
+    }
+    for (size_t i = 0; i < 8 * sizeof data; i++) { /* each bit counts */
+        rti_hash before = rti_hash_bytes(data, sizeof data), after;
+        data[i / 8] ^= (unsigned char)(1u << (i % 8));
+        after = rti_hash_bytes(data, sizeof data);
+        data[i / 8] ^= (unsigned char)(1u << (i % 8));
+        assert_true(__builtin_popcountll(before.lo ^ after.lo) > 12 && __builtin_popcountll(before.hi ^ after.hi) > 12);
+    }
+    assert_string_equal(rti_hash_text(text, (rti_hash){0x0123456789abcdefull, 0xfedcba9876543210ull}),
+                        "fedcba98765432100123456789abcdef");
+}
+
+static void test_files(void **state)
+{
+    (void)state;
+    rt_context *ctx = make(1, 0);
+    char folder[] = "/tmp/librt-base-XXXXXX", path[64], text[512];
+    void *data;
+    size_t size;
+    rti_writer *w;
+    assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/a \xff b", folder);
+    assert_int_equal(rti_writer_open(ctx, path, &w), RT_OK);
+    for (int i = 0; i < 30000; i++)
+        rti_writer_write(w, "0123456789", 10);
+    assert_int_equal(rti_file_read(ctx, path, 0, &data, &size), RT_ERROR_IO); /* not there before it is whole */
+    assert_int_equal(rti_writer_close(w, true), RT_OK);
+    assert_int_equal(rti_file_read(ctx, path, 0, &data, &size), RT_OK);
+    assert_int_equal(size, 300000);
+    assert_memory_equal((char *)data + 299990, "0123456789", 11);
+    rti_free(ctx, data, size + 1);
+    assert_int_equal(rti_file_read(ctx, path, 299999, &data, &size), RT_ERROR_MEMORY_LIMIT);
+    assert_int_equal(rti_writer_open(ctx, path, &w), RT_OK);
+    rti_writer_write(w, "x", 1);
+    assert_int_equal(rti_writer_close(w, false), RT_OK);
+    assert_int_equal(rti_file_read(ctx, path, 0, &data, &size), RT_OK);
+    assert_int_equal(size, 300000);
+    rti_free(ctx, data, size + 1);
+    unlink(path);
+    assert_int_equal(rti_file_read(ctx, folder, 0, &data, &size), RT_ERROR_IO);
+    rt_context_error(ctx, text, sizeof text);
+    assert_non_null(strstr(text, "it is a folder"));
+    assert_int_equal(rti_writer_open(ctx, folder, &w), RT_ERROR_IO);
+    assert_int_equal(rmdir(folder), 0); /* nothing was left beside */
+    snprintf(path, sizeof path, "%s/none/x", folder);
+    assert_int_equal(rti_writer_open(ctx, path, &w), RT_ERROR_IO);
+    if (access("/dev/full", W_OK) == 0) {
+        assert_int_equal(rti_writer_open(ctx, "/dev/full", &w), RT_OK);
+        rti_writer_write(w, "x", 1);
+        assert_int_equal(rti_writer_close(w, true), RT_ERROR_IO);
+        rt_context_error(ctx, text, sizeof text);
+        assert_non_null(strstr(text, "the disk is full"));
+    }
+    rt_context_destroy(ctx);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_memory),   cmocka_unit_test(test_context_desc), cmocka_unit_test(test_parallel),
+        cmocka_unit_test(test_messages), cmocka_unit_test(test_numbers),      cmocka_unit_test(test_locale),
+        cmocka_unit_test(test_text),     cmocka_unit_test(test_hash),         cmocka_unit_test(test_files),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
