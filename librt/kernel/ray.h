@@ -74,11 +74,17 @@ RTK_FN int rtk_hit_less(float ta, rtk_u32 insta, rtk_u32 geoma, rtk_u32 prima, f
 
 RTK_FN int rtk_finite(float x) { return rtk_fabs(x) <= 3.402823466e38f; }
 
-/* Zero, infinite or NaN directions and origins, a NaN range and tmin >= tmax: such a ray misses everything, everywhere. */
+/* A direction's largest component is to lie in this range: below, t would leave the floats' range, and a component that counts as zero in rtk_inverse
+ * would still move the ray by more than RTK_DELTA. */
+#define RTK_DIR_MIN 1.0e-18f
+#define RTK_DIR_MAX 1.0e18f
+
+/* Zero, denormal, infinite or NaN directions and origins, a NaN range and tmin >= tmax: such a ray misses everything, everywhere. */
 RTK_FN int rtk_ray_valid(rtk_ray r)
 {
+    float m = rtk_maxabs(r.dir);
     return rtk_finite(r.org.x) && rtk_finite(r.org.y) && rtk_finite(r.org.z) && rtk_finite(r.dir.x) && rtk_finite(r.dir.y) &&
-           rtk_finite(r.dir.z) && (r.dir.x != 0.0f || r.dir.y != 0.0f || r.dir.z != 0.0f) && r.tmin < r.tmax;
+           rtk_finite(r.dir.z) && m >= RTK_DIR_MIN && m <= RTK_DIR_MAX && r.tmin < r.tmax;
 }
 
 /* 1 / d, kept finite: a zero or tiny component counts as +-1e-30, by its sign bit. */

@@ -316,7 +316,8 @@ RT_API rt_status rt_scene_load(rt_context *context, const char *path, rt_scene *
 
 /* ---- queries ---- */
 
-/** t in units of dir (any length); a hit counts when tmin < t < tmax. A NaN, zero or infinite direction or origin, or tmin >= tmax, misses. */
+/** t in units of dir (any length); a hit counts when tmin < t < tmax. A NaN or infinite number in
+ *  org or dir, a dir whose largest component is not in 1e-18 ... 1e18, or tmin >= tmax: the ray misses. */
 typedef struct rt_ray {
     rt_vec3 org;
     float tmin;
