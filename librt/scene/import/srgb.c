@@ -1,0 +1,50 @@
+#include "srgb.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+/* x^(1/n) for x in (0, 1], n 3 or 5: Newton from a guess made of the exponent bits (within 7%; five steps give all 53 bits). */
+static double root(double x, int n)
+{
+    uint64_t bits, one = UINT64_C(0x3ff0000000000000);
+    memcpy(&bits, &x, sizeof bits);
+    bits = bits / (uint64_t)n + (one - one / (uint64_t)n);
+    double r;
+    memcpy(&r, &bits, sizeof r);
+    for (int i = 0; i < 5; i++) {
+        double power = n == 3 ? r * r : r * r * (r * r);
+        r = ((n - 1) * r + x / power) / n;
+    }
+    return r;
+}
+
+double rti_srgb_encode(double linear)
+{
+    if (!(linear > 0.0))
+        return 0.0;
+    if (linear >= 1.0)
+        return 1.0;
+    if (linear <= 0.0031308)
+        return 12.92 * linear;
+    double c = root(linear, 3); /* x^(1/2.4) = x^(1/3) * x^(1/12) */
+    return 1.055 * (c * sqrt(sqrt(c))) - 0.055;
+}
+
+double rti_srgb_decode(double encoded)
+{
+    if (!(encoded > 0.0))
+        return 0.0;
+    if (encoded >= 1.0)
+        return 1.0;
+    if (encoded <= 0.04045)
+        return encoded / 12.92;
+    double u = (encoded + 0.055) / 1.055;
+    return u * u * root(u * u, 5); /* u^2.4 = u^2 * (u^2)^(1/5) */
+}
+
+void rti_srgb_decode_table(float table[256])
+{
+    for (int i = 0; i < 256; i++)
+        table[i] = (float)rti_srgb_decode(i / 255.0);
+}
