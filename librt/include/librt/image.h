@@ -13,7 +13,8 @@ RT_API rt_status rt_image_create(rt_context *context, uint32_t width, uint32_t h
 RT_API void rt_image_destroy(rt_image *image);
 RT_API uint32_t rt_image_width(const rt_image *image);
 RT_API uint32_t rt_image_height(const rt_image *image);
-/** The pixels: float[4] a pixel (linear R, G, B, coverage), row-major from the top left, no padding. Valid until destroy. */
+/** The pixels: float[4] a pixel (linear R, G, B, coverage), row-major from the top left, no padding (but the image of a
+ *  render into a caller's buffer stands in that buffer, pixels_stride from row to row). Valid until destroy. */
 RT_API float *rt_image_pixels(rt_image *image);
 RT_API const float *rt_image_pixels_const(const rt_image *image);
 
