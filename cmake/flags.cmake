@@ -18,3 +18,10 @@ if(LIBRT_SANITIZE)
   add_compile_options(-fsanitize=${LIBRT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${LIBRT_SANITIZE})
 endif()
+
+# Coverage for libFuzzer has to be in the whole library; the targets themselves are in tests/fuzz.
+option(LIBRT_FUZZ "Drive the fuzz targets with libFuzzer (Clang)" OFF)
+if(LIBRT_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link)
+  add_link_options(-fsanitize=fuzzer-no-link)
+endif()

@@ -1,4 +1,5 @@
-/* Loads and unloads the library again and again, working in between: nothing of it may stay (threads, maps, memory, signal handlers). */
+/* Loads and unloads the library again and again, working in between: nothing of it may stay (threads, maps, memory, signal
+ * handlers). */
 #include <dirent.h>
 #include <dlfcn.h>
 #include <signal.h>

@@ -1,6 +1,6 @@
-/* A client compiled against an earlier header hands shorter descriptors: the library must read struct_size bytes and no more, and take its
- * defaults for the fields behind. Each short descriptor ends right before a page that may not be touched. A client of a later header
- * hands longer ones; and one that never set struct_size is told so. */
+/* A client compiled against an earlier header hands shorter descriptors: the library must read struct_size bytes and no more, and
+ * take its defaults for the fields behind. Each short descriptor ends right before a page that may not be touched. A client of a
+ * later header hands longer ones; and one that never set struct_size is told so. */
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
@@ -68,7 +68,8 @@ static void earlier_client(void)
     CHECK(rt_scene_commit(scene, shortened(&commit, OLD_COMMIT)) == RT_OK, "an earlier commit was refused");
     CHECK(render_with(scene, OLD_RENDER, old_hash) == RT_OK, "an earlier render was refused");
     CHECK(render_with(scene, sizeof(rt_render_desc), new_hash) == RT_OK, "today's render was refused");
-    CHECK(old_hash[0] && strcmp(old_hash, new_hash) == 0, "the earlier client's picture is %s, today's is %s", old_hash, new_hash);
+    CHECK(old_hash[0] && strcmp(old_hash, new_hash) == 0, "the earlier client's picture is %s, today's is %s", old_hash,
+          new_hash);
     rt_scene_destroy(scene);
     rt_context_destroy(context);
 }

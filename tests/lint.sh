@@ -1,0 +1,34 @@
+#!/bin/sh
+# Reads the sources with what is installed of luacheck, clang-format, shellcheck and clang-tidy. The last line says what was run.
+# clang-tidy takes the compile commands of out-release, and minutes: it runs with LIBRT_FULL=1 or when asked for. usage: lint.sh [--tidy]
+set -u
+cd "$(dirname "$0")/.." || exit 1
+ran=
+bad=0
+have() { command -v "$1" >/dev/null 2>&1; }
+# files PATTERN...: the tracked files of these patterns, one a line.
+files() { git ls-files -- "$@" 2>/dev/null || find . -path './out*' -prune -o -type f -print; }
+
+if have luacheck && [ -n "$(files '*.lua' '*.luacheckrc')" ]; then
+    ran="$ran luacheck"
+    files '*.lua' | xargs luacheck -q || bad=1
+fi
+if have clang-format; then
+    ran="$ran clang-format"
+    files '*.c' '*.h' '*.inl' | xargs clang-format --dry-run --Werror || bad=1
+fi
+if have shellcheck; then
+    ran="$ran shellcheck"
+    { files '*.sh' && echo .ci/run; } | xargs shellcheck || bad=1
+fi
+if have clang-tidy && [ -f out-release/compile_commands.json ] && { [ "${1:-}" = --tidy ] || [ "${LIBRT_FULL:-0}" != 0 ]; }; then
+    ran="$ran clang-tidy"
+    files 'librt/*.c' 'lua/*.c' 'examples/*.c' | xargs -P "${JOBS:-2}" -n 8 clang-tidy --quiet -p out-release --warnings-as-errors='*' || bad=1
+fi
+[ -n "$ran" ] || ran=" nothing (no linter is installed)"
+if [ "$bad" -eq 0 ]; then
+    echo "clean:$ran"
+else
+    echo "not clean:$ran"
+    exit 1
+fi

@@ -1,0 +1,126 @@
+#!/bin/sh
+# Builds every variant and runs its tests; the last line is the sum, "N passed, N failed". usage: matrix.sh [VARIANT...]
+#
+#   release   GCC, everything, all tests              clang   the same by Clang; its image hashes must be the release's
+#   bare      every optional part off                 asan    address and undefined-behaviour sanitizers
+#   tsan      thread sanitizer, what renders          msan    memory sanitizer, what reads files
+#   fuzz      each reader some seconds under libFuzzer
+#   lint      luacheck, clang-format, clang-tidy, shellcheck: those that are installed
+#
+# LIBRT_FULL=1: the long figures, and fuzzing for minutes. A variant's log is out/matrix/VARIANT.log.
+set -u
+cd "$(dirname "$0")/.." || exit 1
+ROOT=$(pwd)
+LOGS=$ROOT/out/matrix
+JOBS=${JOBS:-$(nproc 2>/dev/null || echo 2)}
+FULL=${LIBRT_FULL:-0}
+export JOBS
+mkdir -p "$LOGS"
+passed=0
+failed=0
+[ $# -gt 0 ] || set -- release clang bare asan tsan msan fuzz lint
+
+# Sanitizers: the first report ends the program; leaks count.
+ASAN_OPTIONS=abort_on_error=0:detect_leaks=1:allocator_may_return_null=1:${ASAN_OPTIONS:-}
+UBSAN_OPTIONS=print_stacktrace=1:${UBSAN_OPTIONS:-}
+TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1:${TSAN_OPTIONS:-}
+export ASAN_OPTIONS UBSAN_OPTIONS TSAN_OPTIONS
+
+launcher=
+command -v ccache >/dev/null 2>&1 && launcher=-DCMAKE_C_COMPILER_LAUNCHER=ccache
+
+now() { date +%s; }
+row() { printf '%-8s %s\n' "$1" "$2"; }
+
+# count VARIANT GOOD BAD: adds to the sums.
+count() {
+    passed=$((passed + $1))
+    failed=$((failed + $2))
+}
+
+# broken VARIANT WHAT: one failure, with the end of its log.
+broken() {
+    row "$1" "$2; the end of $LOGS/$1.log:"
+    tail -n 40 "$LOGS/$1.log"
+    count 0 1
+}
+
+# build VARIANT [CMAKE ARGUMENTS]: configures and builds a preset.
+build() {
+    variant=$1
+    shift
+    began=$(now)
+    # shellcheck disable=SC2086 # nothing or one argument
+    if ! cmake --preset "$variant" -DLIBRT_WERROR=ON $launcher "$@" >"$LOGS/$variant.log" 2>&1 ||
+        ! cmake --build "out-$variant" -j "$JOBS" >>"$LOGS/$variant.log" 2>&1; then
+        broken "$variant" "does not build"
+        return 1
+    fi
+    row "$variant" "built in $(($(now) - began)) s"
+}
+
+# check VARIANT [CTEST ARGUMENTS]: runs its tests and adds up what ctest says.
+check() {
+    variant=$1
+    shift
+    began=$(now)
+    ctest --test-dir "out-$variant" -j "$JOBS" --timeout 600 --output-on-failure --no-tests=error "$@" >"$LOGS/$variant.log" 2>&1
+    status=$?
+    # "97% tests passed, 1 tests failed out of 33"
+    bad=$(sed -n 's/.*tests passed, \([0-9]*\) tests failed out of.*/\1/p' "$LOGS/$variant.log")
+    all=$(sed -n 's/.*tests failed out of \([0-9]*\).*/\1/p' "$LOGS/$variant.log")
+    if [ -z "$all" ] || { [ "$status" -ne 0 ] && [ "$bad" = 0 ]; }; then
+        broken "$variant" "ctest did not run"
+        return 1
+    fi
+    count "$((all - bad))" "$bad"
+    row "$variant" "$((all - bad)) of $all tests passed in $(($(now) - began)) s"
+    if [ "$bad" -ne 0 ]; then
+        cat "$LOGS/$variant.log"
+        return 1
+    fi
+}
+
+# The same scenes, the same bits: every variant's list of image hashes against the release's.
+compare_hashes() {
+    [ -f out-release/tests/hashes.txt ] && [ -f "out-$1/tests/hashes.txt" ] || return 0
+    if cmp -s out-release/tests/hashes.txt "out-$1/tests/hashes.txt"; then
+        count 1 0
+        row "$1" "all $(wc -l <"out-$1/tests/hashes.txt") image hashes are the release's"
+    else
+        count 0 1
+        row "$1" "image hashes differ from the release's:"
+        diff out-release/tests/hashes.txt "out-$1/tests/hashes.txt"
+    fi
+}
+
+lint() {
+    if sh tests/lint.sh >"$LOGS/lint.log" 2>&1; then
+        count 1 0
+        row lint "$(tail -n 1 "$LOGS/lint.log")"
+    else
+        broken lint "found something"
+    fi
+}
+
+seconds=5
+[ "$FULL" = 0 ] || seconds=300
+started=$(now)
+for variant in "$@"; do
+    case $variant in
+    release) build release && check release ;;
+    clang | bare) build "$variant" && check "$variant" -LE slow && compare_hashes "$variant" ;;
+    asan) build asan && check asan -LE 'slow|speed' && compare_hashes asan ;;
+    tsan) build tsan && check tsan -L threads && compare_hashes tsan ;;
+    msan) build msan && check msan -R '^(unit\.(base|image|import.*|read.*)|fuzz\..*)$' ;;
+    fuzz) build fuzz "-DLIBRT_FUZZ_SECONDS=$seconds" && check fuzz -L fuzz ;;
+    lint) lint ;;
+    *)
+        echo "matrix.sh: no variant is called $variant" >&2
+        exit 2
+        ;;
+    esac
+done
+printf 'in %d min %d s\n' $((($(now) - started) / 60)) $((($(now) - started) % 60))
+printf '%d passed, %d failed\n' "$passed" "$failed"
+[ "$failed" -eq 0 ] && [ "$passed" -gt 0 ]
