@@ -48,3 +48,34 @@ void rti_srgb_decode_table(float table[256])
     for (int i = 0; i < 256; i++)
         table[i] = (float)rti_srgb_decode(i / 255.0);
 }
+
+static float float_of(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+void rti_srgb_encoder_init(rti_srgb_encoder *e)
+{
+    uint32_t from = 0, one = 0x3f800000u;
+    e->least[0] = 0.0f;
+    for (int code = 1; code < 256; code++) { /* bits of positive floats ascend with them */
+        uint32_t low = from, high = one;
+        while (high - low > 1) {
+            uint32_t middle = low + (high - low) / 2;
+            if (255.0 * rti_srgb_encode(float_of(middle)) + 0.5 >= code)
+                high = middle;
+            else
+                low = middle;
+        }
+        e->least[code] = float_of(high);
+        from = low;
+    }
+    e->least[256] = 2.0f;
+    for (uint32_t i = 0, code = 0; i < sizeof e->first; i++) {
+        while (code < 255 && float_of(RTI_SRGB_LOW + (i << 17)) >= e->least[code + 1])
+            code++;
+        e->first[i] = (uint8_t)code;
+    }
+}
