@@ -77,48 +77,48 @@ missing() {
 
 # ---- installing --------------------------------------------------------------------------------------------------------
 
-# apt-get as root, without a question. A lock that another program holds is waited for, up to 15 minutes.
+# apt-get as root, without a question: everything goes to the log, a word about a lock or the size of the download to the terminal. Dpkg's
+# lock is waited for, up to 15 minutes.
 apt() {
     set -- env DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 apt-get -q -y -o DPkg::Lock::Timeout=900 -o Acquire::Retries=3 \
         -o Dpkg::Use-Pty=0 -o Dpkg::Options::=--force-confdef -o Dpkg::Options::=--force-confold "$@"
     if [ "$(id -u)" -ne 0 ]; then
         set -- sudo "$SUDO_ASK" "$@"
     fi
-    "$@" </dev/null
+    {
+        "$@" </dev/null 2>&1 || echo "apt-get failed"
+    } | awk -v log_file="$LOG" '
+        { print >log_file }
+        /^Waiting for cache lock/ && !told++ { print "bootstrap: another program is installing packages; waiting for it"; fflush() }
+        /^Need to get/ { print "bootstrap: " tolower(substr($0, 1, 1)) substr($0, 2); fflush() }
+        /^apt-get failed$/ { failed = 1 }
+        END { exit failed }'
 }
 
 # The lists' lock has no timeout of its own in apt: try again while somebody else holds it.
 apt_update() {
     tries=0
-    until apt update >"$LOG" 2>&1; do
-        if ! grep -q 'Could not get lock' "$LOG" || [ "$tries" -ge 90 ]; then
-            tail -n 5 "$LOG" >&2
-            return 1
-        fi
+    until apt update; do
+        grep -q 'Could not get lock' "$LOG" || return 1
+        [ "$tries" -lt 90 ] || return 1
         [ "$tries" -gt 0 ] || say "another program holds the package lists; waiting for it"
         tries=$((tries + 1))
         sleep 10
     done
 }
 
+# A name that is not found, or a file that the mirror no longer has, means an index that is empty or old.
 apt_install() {
     say "installing: $*"
-    apt_lock_word
-    if ! apt install --no-install-recommends "$@" >"$LOG" 2>&1; then
-        say "reading the package index first"
-        apt_update || die 3 "apt-get update failed; the last lines are above"
-        apt install --no-install-recommends "$@" >"$LOG" 2>&1 || {
-            tail -n 15 "$LOG" >&2
-            die 3 "apt-get install failed; the last lines are above"
-        }
-    fi
+    apt install --no-install-recommends "$@" && return
+    say "reading the package index"
+    apt_update || log_and_die "apt-get update failed"
+    apt install --no-install-recommends "$@" || log_and_die "apt-get install failed"
 }
 
-# A word before a long silence: apt waits for dpkg's lock without saying so when its output is not a terminal.
-apt_lock_word() {
-    if [ "$(id -u)" -eq 0 ] && have flock && [ -e /var/lib/dpkg/lock-frontend ]; then
-        apt -s install >"$LOG" 2>&1 || true
-    fi
+log_and_die() {
+    tail -n 15 "$LOG" >&2
+    die 3 "$1; the last lines are above, all of it is in $LOG"
 }
 
 other_systems() {
@@ -141,11 +141,11 @@ install_missing() {
         other_systems
         die 3 "missing here (Debian's names): $want"
     fi
-    line="apt-get install -y --no-install-recommends $want"
+    line="apt-get update && apt-get install -y --no-install-recommends $want"
     SUDO_ASK=-n
     if [ "$(id -u)" -ne 0 ]; then
         have sudo || die 3 "not root, and there is no sudo. As root, run:  $line"
-        [ -t 0 ] && [ -t 2 ] && SUDO_ASK=-E
+        [ -t 0 ] && [ -t 2 ] && SUDO_ASK=--
         sudo "$SUDO_ASK" true || die 3 "sudo refused. As root, run:  $line"
     fi
     # shellcheck disable=SC2086 # a list of names
@@ -158,9 +158,10 @@ install_missing() {
 
 jobs_count() { nproc 2>/dev/null || getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2; }
 
+# build_release [CMAKE ARGUMENTS]
 build_release() {
     say "building (release, $JOBS jobs)"
-    cmake --preset release >"$LOG" 2>&1 || {
+    cmake --preset release "$@" >"$LOG" 2>&1 || {
         tail -n 30 "$LOG" >&2
         die 1 "cmake failed; the last lines are above"
     }
@@ -170,7 +171,7 @@ build_release() {
 
 run_demo() {
     install_missing "$PACKAGES_BUILD"
-    build_release
+    build_release -DBUILD_TESTING=OFF -DLIBRT_EXAMPLES=OFF
     sh scenes/demo.sh "$ROOT/out-release/bin/rtray" "$ROOT/out" || die 1 "a scene could not be rendered"
 }
 
@@ -210,7 +211,7 @@ demo | build | test)
     demo) run_demo ;;
     build)
         install_missing "$PACKAGES_BUILD"
-        build_release
+        build_release -DBUILD_TESTING=OFF
         say "built: out-release/bin/rtray"
         ;;
     test) run_test "$@" ;;
