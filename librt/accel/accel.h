@@ -8,15 +8,25 @@
 enum { RTI_BUILD_KD_EXACT = 0, RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE };
 
 typedef struct rti_build_settings {
-    uint32_t builder;      /* RTI_BUILD_* */
-    uint32_t max_depth;    /* 0: 8 + 1.3 log2(n) for kd (at most 64), 16 for the octree; at most 96 */
-    uint32_t leaf_size;    /* octree: split above it; kd: cost decides, this only stops at <= it. 0: default */
+    uint32_t builder;   /* RTI_BUILD_* */
+    uint32_t max_depth; /* 0: 8 + 1.3 log2(n) for kd (at most 64), 16 for the octree; at most 96 */
+    uint32_t leaf_size; /* octree: split above it; kd: cost decides, this only stops at <= it. 0: default */
     float cost_traverse, cost_intersect, empty_bonus; /* <= 0 / NaN: defaults */
-    float duplication;     /* refs may grow to this times the primitives; 0: default. A subtree over its share becomes a leaf */
+    float duplication; /* refs may grow to this times the primitives; 0: default. A subtree over its share becomes a leaf */
 } rti_build_settings;
 
-/* What is built over: a group (tris then shapes, as tree references count) or instances' boxes (tris = NULL). Boxes are the primitives' own, not grown.
- * grow: RTK_GROW * scale: every builder lists a primitive where its (clipped) box grown by this overlaps the cell. */
+/* Settings with a name, for people: "default", "fast", "paper", "octree". */
+typedef struct rti_build_preset {
+    const char *name, *help;
+    rti_build_settings settings;
+} rti_build_preset;
+uint32_t rti_build_preset_count(void);
+const rti_build_preset *rti_build_preset_at(uint32_t index);
+const rti_build_preset *rti_build_preset_find(const char *name); /* NULL when there is none */
+
+/* What is built over: a group (tris then shapes, as tree references count) or instances' boxes (tris = NULL). Boxes are the
+ * primitives' own, not grown. grow: RTK_GROW * scale: every builder lists a primitive where its (clipped) box grown by this
+ * overlaps the cell. */
 typedef struct rti_build_input {
     const rtk_tri *tris;
     uint32_t tri_count;
@@ -26,16 +36,17 @@ typedef struct rti_build_input {
     float grow;
 } rti_build_input;
 
-/* Builds with the context's workers; the same bytes for any number of them. The chunk (header rtk_tree_header, arrays 64-byte aligned) is one block of
- * *size bytes from rti_alloc.
- * Errors: MEMORY, MEMORY_LIMIT, CANCELLED (polled at least every few ms of work). */
-rt_status rti_tree_build(rt_context *ctx, const rti_build_input *input, const rti_build_settings *settings, rti_cancel *cancel, void **chunk,
-                         size_t *size);
+/* Builds with the context's workers; the same bytes for any number of them. The chunk (header rtk_tree_header, arrays 64-byte
+ * aligned) is one block of *size bytes from rti_alloc. Errors: MEMORY, MEMORY_LIMIT, CANCELLED (polled at least every few ms of
+ * work). */
+rt_status rti_tree_build(rt_context *ctx, const rti_build_input *input, const rti_build_settings *settings, rti_cancel *cancel,
+                         void **chunk, size_t *size);
 
 /* Bytes a build may need at its peak, for estimates before a render. */
 uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_settings *settings);
 
-/* Checks a TREE chunk that came from outside: offsets, child and reference indices, leaf bounds, depth <= 96, no cycle. prim_limit: references must be below. */
+/* Checks a TREE chunk that came from outside: offsets, child and reference indices, leaf bounds, depth <= 96, no cycle.
+ * prim_limit: references must be below. */
 bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit);
 
 /* View of a chunk (offsets resolved). */

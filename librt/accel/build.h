@@ -1,0 +1,116 @@
+/* What the tree builders share: references with clipped boxes, settled settings, growing output, the chunk. Private to accel/. */
+#ifndef RTI_BUILD_H
+#define RTI_BUILD_H
+
+#include "accel.h"
+
+#define RTI_KD_DEPTH_MAX     96u
+#define RTI_OCTREE_DEPTH_MAX 32u
+#define RTI_NODE_MAX         0x3fffffffu /* node indices and leaf counts have 30 bits */
+#define RTI_REF_MAX          0x3fffffffu
+
+/* A primitive's part of a cell: its clipped box, grown and cut to the cell. */
+typedef struct rti_ref {
+    float lo[3];
+    uint32_t prim;
+    float hi[3];
+    uint32_t pad;
+} rti_ref;
+
+typedef struct rti_cell {
+    float lo[3], hi[3];
+} rti_cell;
+
+/* Input and settings with every default settled. min_size: no cell gets thinner on an axis that is split. */
+typedef struct rti_build {
+    const rti_build_input *in;
+    uint32_t builder, max_depth, leaf_size, prim_count;
+    float cost_traverse, cost_intersect, empty_bonus, duplication;
+    float min_size;
+    rti_cancel *cancel;
+} rti_build;
+
+void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_build_settings *settings, rti_cancel *cancel);
+
+/* The reference of primitive `prim` at the root; false when it does not touch the root box (or is not finite). */
+bool rti_ref_root(const rti_build *b, uint32_t prim, rti_ref *out);
+/* All of them in one new block of *count (rti_alloc of prim_count references); NULL: no memory. */
+rti_ref *rti_refs_root(rt_context *ctx, const rti_build *b, uint32_t *count);
+
+/* Cuts a reference of `cell` at `pos` into the parts left and right of it. Bit 0: there is a left part, bit 1: a right one. */
+unsigned rti_ref_cut(const rti_build *b, const rti_cell *cell, const rti_ref *ref, unsigned axis, float pos, rti_ref *left,
+                     rti_ref *right);
+
+/* Nodes and references as they are written, in growing arrays. One a task. */
+typedef struct rti_tree_out {
+    void *nodes;
+    uint32_t *refs;
+    size_t node_size, node_count, node_capacity, ref_count, ref_capacity;
+} rti_tree_out;
+/* Room for `more` nodes at the end, zeroed; SIZE_MAX: no memory. */
+size_t rti_out_nodes(rt_context *ctx, rti_tree_out *out, size_t more);
+bool rti_out_refs(rt_context *ctx, rti_tree_out *out, const rti_ref *refs, uint32_t count, uint32_t *first);
+void rti_out_free(rt_context *ctx, rti_tree_out *out);
+
+/* One part of a tree: its root stands in the top's node `slot`, the rest is appended. */
+typedef struct rti_tree_part {
+    rti_tree_out out;
+    uint32_t slot;
+} rti_tree_part;
+/* Stitches the top and its parts into a chunk and writes its header with all statistics. start: rti_now() when the build began.
+ */
+rt_status rti_chunk_make(rt_context *ctx, const rti_build *b, uint32_t kind, const rti_tree_out *top, const rti_tree_part *parts,
+                         uint32_t part_count, double start, void **chunk, size_t *size);
+/* Fills in the statistics of a header whose nodes are in place. */
+void rti_tree_measure(rtk_tree_header *header);
+
+/* ---- the choice of a kd split (kd_split.c) ---- */
+
+typedef struct rti_kd_split {
+    float cost, pos;
+    uint32_t axis; /* 3: none */
+    uint32_t left_count, right_count;
+} rti_kd_split;
+
+/* The cheapest plane for `count` references in `cell`; scratch: 3 * count floats. */
+rti_kd_split rti_kd_find_split(const rti_build *b, const rti_cell *cell, const rti_ref *refs, uint32_t count, float *scratch);
+
+/* ---- the frame of all builders (top.c) ---- */
+
+/* A node to be built. budget: references its subtree may come to; a split that needs more is not made. */
+typedef struct rti_item {
+    rti_cell cell;
+    uint32_t node, count, depth, budget;
+} rti_item;
+
+/* A node of the top and what its split gave. */
+typedef struct rti_open {
+    rti_item it;
+    rti_ref *refs;
+    size_t capacity; /* of refs, for its release */
+    bool leaf;
+    rti_kd_split split; /* kd only */
+    rti_item children[8];
+    rti_ref *child_refs[8];
+    size_t child_capacity[8];
+    rt_status status;
+} rti_open;
+
+typedef struct rti_method {
+    uint32_t kind; /* RTK_TREE_* */
+    size_t node_size;
+    uint32_t child_count;
+    /* Splits a large node: leaf, or children and their references. On an error what was allocated is left in the node. */
+    rt_status (*split)(rt_context *ctx, const rti_build *b, rti_open *o);
+    void (*write_inner)(void *node, const rti_open *o, uint32_t child);
+    /* Builds a part whose references are `refs` (of `capacity`), which it frees. */
+    rt_status (*part)(rt_context *ctx, const rti_build *b, const rti_item *root, rti_ref *refs, size_t capacity,
+                      rti_tree_out *out);
+} rti_method;
+
+rt_status rti_top_build(rt_context *ctx, const rti_build *b, const rti_method *method, double start, void **chunk, size_t *size);
+
+rt_status rti_kd_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
+rt_status rti_octree_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
+
+#endif

@@ -1,0 +1,173 @@
+/* The kd-tree's builders: a node is split where kd_split.c says, until a leaf is cheaper. */
+#include <string.h>
+
+#include "build.h"
+
+#define STACK_MAX (RTI_KD_DEPTH_MAX + 2u) /* nodes that wait: one a level below the one at work */
+
+/* Settles how `it` is split; false: it is a leaf. */
+static bool choose(const rti_build *b, const rti_item *it, const rti_ref *refs, float *scratch, rti_kd_split *split)
+{
+    if (it->count <= b->leaf_size || it->depth >= b->max_depth)
+        return false;
+    *split = rti_kd_find_split(b, &it->cell, refs, it->count, scratch);
+    return split->axis < 3 && (uint64_t)split->left_count + split->right_count <= it->budget;
+}
+
+static void make_children(const rti_item *it, const rti_kd_split *split, const uint32_t counts[2], rti_item out[2])
+{
+    uint64_t sum = (uint64_t)counts[0] + counts[1];
+    for (int i = 0; i < 2; i++) {
+        out[i].cell = it->cell;
+        out[i].depth = it->depth + 1;
+        out[i].count = counts[i];
+        out[i].budget = sum ? (uint32_t)((uint64_t)it->budget * counts[i] / sum) : 0;
+    }
+    out[0].cell.hi[split->axis] = out[1].cell.lo[split->axis] = split->pos;
+}
+
+static void write_split(rtk_kdnode *node, const rti_kd_split *split, uint32_t child)
+{
+    node->a = rtk_bits(split->pos);
+    node->b = child << 2 | split->axis;
+}
+
+/* ---- one part, depth first ---------------------------------------------------------------------------------------------- */
+
+typedef struct worker {
+    rt_context *ctx;
+    const rti_build *b;
+    rti_tree_out *out;
+    rti_ref *stack, *side; /* side: references of the part's root */
+    float *scratch;        /* three times as many */
+    size_t stack_capacity, top;
+} worker;
+
+static bool write_leaf(worker *w, const rti_item *it)
+{
+    uint32_t first;
+    w->top -= it->count;
+    if (!rti_out_refs(w->ctx, w->out, w->stack + w->top, it->count, &first))
+        return false;
+    rtk_kdnode *node = (rtk_kdnode *)w->out->nodes + it->node;
+    node->a = first;
+    node->b = it->count << 2 | RTK_KD_LEAF;
+    return true;
+}
+
+/* Takes the item's references off the stack's top and puts those of its right and, above them, of its left child there. */
+static bool partition(worker *w, const rti_item *it, const rti_kd_split *split, rti_item children[2])
+{
+    size_t base = w->top - it->count;
+    uint32_t counts[2] = {0, 0};
+    if (!rti_reserve(w->ctx, (void **)&w->stack, &w->stack_capacity, base, (size_t)split->left_count + split->right_count,
+                     sizeof *w->stack))
+        return false;
+    for (uint32_t i = 0; i < it->count; i++) {
+        rti_ref ref = w->stack[base + i], left, right;
+        unsigned sides = rti_ref_cut(w->b, &it->cell, &ref, split->axis, split->pos, &left, &right);
+        if (sides & 1)
+            w->side[counts[0]++] = left;
+        if (sides & 2)
+            w->stack[base + counts[1]++] = right;
+    }
+    memcpy(w->stack + base + counts[1], w->side, counts[0] * sizeof *w->side);
+    w->top = base + counts[1] + counts[0];
+    make_children(it, split, counts, children);
+    return true;
+}
+
+static rt_status build_part(worker *w, const rti_item *root)
+{
+    rti_item todo[STACK_MAX];
+    uint32_t todo_count = 1, work = 0;
+    todo[0] = *root;
+    todo[0].node = 0;
+    if (rti_out_nodes(w->ctx, w->out, 1) == SIZE_MAX)
+        return RT_ERROR_MEMORY;
+    while (todo_count > 0) {
+        rti_item it = todo[--todo_count], children[2];
+        rti_kd_split split;
+        work += it.count + 16;
+        if (work > 16384) {
+            work = 0;
+            if (rti_cancelled(w->b->cancel))
+                return RT_ERROR_CANCELLED;
+        }
+        if (!choose(w->b, &it, w->stack + w->top - it.count, w->scratch, &split)) {
+            if (!write_leaf(w, &it))
+                return RT_ERROR_MEMORY;
+            continue;
+        }
+        size_t child = rti_out_nodes(w->ctx, w->out, 2);
+        if (child == SIZE_MAX || !partition(w, &it, &split, children))
+            return RT_ERROR_MEMORY;
+        write_split((rtk_kdnode *)w->out->nodes + it.node, &split, (uint32_t)child);
+        for (uint32_t i = 2; i-- > 0;) {
+            children[i].node = (uint32_t)child + i;
+            todo[todo_count++] = children[i];
+        }
+    }
+    return RT_OK;
+}
+
+static rt_status kd_part(rt_context *ctx, const rti_build *b, const rti_item *root, rti_ref *refs, size_t capacity,
+                         rti_tree_out *out)
+{
+    worker w = {.ctx = ctx, .b = b, .out = out, .stack = refs, .stack_capacity = capacity, .top = root->count};
+    size_t n = root->count;
+    w.side = rti_alloc_array(ctx, n, sizeof *w.side);
+    w.scratch = rti_alloc_array(ctx, 3 * n, sizeof *w.scratch);
+    rt_status status = w.side && w.scratch ? build_part(&w, root) : RT_ERROR_MEMORY;
+    rti_free(ctx, w.side, n * sizeof *w.side);
+    rti_free(ctx, w.scratch, 3 * n * sizeof *w.scratch);
+    rti_free(ctx, w.stack, w.stack_capacity * sizeof *w.stack);
+    return status;
+}
+
+/* ---- one node of the top -------------------------------------------------------------------------------------------------- */
+
+static rt_status split_open(rt_context *ctx, const rti_build *b, rti_open *o, float *scratch)
+{
+    uint32_t counts[2] = {0, 0};
+    o->leaf = !choose(b, &o->it, o->refs, scratch, &o->split);
+    if (o->leaf)
+        return RT_OK;
+    o->child_capacity[0] = o->split.left_count;
+    o->child_capacity[1] = o->split.right_count;
+    for (int i = 0; i < 2; i++)
+        if (!(o->child_refs[i] = rti_alloc_array(ctx, o->child_capacity[i], sizeof(rti_ref))))
+            return RT_ERROR_MEMORY;
+    for (uint32_t i = 0; i < o->it.count; i++) {
+        rti_ref left, right;
+        unsigned sides = rti_ref_cut(b, &o->it.cell, &o->refs[i], o->split.axis, o->split.pos, &left, &right);
+        if (sides & 1)
+            o->child_refs[0][counts[0]++] = left;
+        if (sides & 2)
+            o->child_refs[1][counts[1]++] = right;
+        if ((i & 16383u) == 0 && rti_cancelled(b->cancel))
+            return RT_ERROR_CANCELLED;
+    }
+    make_children(&o->it, &o->split, counts, o->children);
+    return RT_OK;
+}
+
+static rt_status kd_split(rt_context *ctx, const rti_build *b, rti_open *o)
+{
+    size_t n = o->it.count;
+    float *scratch = rti_alloc_array(ctx, 3 * n, sizeof *scratch);
+    rt_status status = scratch ? split_open(ctx, b, o, scratch) : RT_ERROR_MEMORY;
+    rti_free(ctx, scratch, 3 * n * sizeof *scratch);
+    return status;
+}
+
+static void kd_write(void *node, const rti_open *o, uint32_t child)
+{
+    write_split(node, &o->split, child);
+}
+
+rt_status rti_kd_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size)
+{
+    static const rti_method method = {RTK_TREE_KD, sizeof(rtk_kdnode), 2, kd_split, kd_write, kd_part};
+    return rti_top_build(ctx, b, &method, start, chunk, size);
+}

@@ -1,0 +1,189 @@
+/* References: primitives' boxes at the root, and what is left of them in the two halves of a cell.
+ *
+ * A triangle belongs to a cell when it touches the cell grown by `grow`: then a leaf test that errs by RTK_DELTA * scale, and a
+ * plane distance that is rounded, still find it there (kernel/ray.h). So triangles are clipped to the grown cell, in double: the
+ * clip itself must not use up what growth is left.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "build.h"
+
+#define MAX_VERTS 10 /* a triangle cut by six planes, and one to spare */
+
+typedef double polygon[MAX_VERTS][3];
+
+/* Sutherland and Hodgman 1974: the part with sign * (x - at) >= 0. A polygon that has shrunk to a segment or a point is kept. */
+static int clip_plane(const polygon in, int n, int axis, double at, double sign, polygon out)
+{
+    int m = 0;
+    for (int i = 0; i < n; i++) {
+        const double *p = in[i], *q = in[i + 1 == n ? 0 : i + 1];
+        double dp = sign * (p[axis] - at), dq = sign * (q[axis] - at);
+        if (dp >= 0.0 && m < MAX_VERTS)
+            memcpy(out[m++], p, sizeof(double[3]));
+        if (((dp < 0.0 && dq > 0.0) || (dp > 0.0 && dq < 0.0)) && m < MAX_VERTS) {
+            double t = dp / (dp - dq);
+            for (int k = 0; k < 3; k++)
+                out[m][k] = p[k] + t * (q[k] - p[k]);
+            out[m++][axis] = at;
+        }
+    }
+    return m;
+}
+
+/* Clips to [lo, hi] where the polygon's own box says that it can matter. Returns which buffer holds the result. */
+static int clip_cell(polygon bufs[2], int *n, const double lo[3], const double hi[3])
+{
+    int now = 0;
+    for (int a = 0; a < 3; a++) {
+        double mn = HUGE_VAL, mx = -HUGE_VAL;
+        for (int i = 0; i < *n; i++) {
+            mn = bufs[now][i][a] < mn ? bufs[now][i][a] : mn;
+            mx = bufs[now][i][a] > mx ? bufs[now][i][a] : mx;
+        }
+        if (mn < lo[a]) {
+            *n = clip_plane((const double(*)[3])bufs[now], *n, a, lo[a], 1.0, bufs[1 - now]);
+            now = 1 - now;
+        }
+        if (mx > hi[a]) {
+            *n = clip_plane((const double(*)[3])bufs[now], *n, a, hi[a], -1.0, bufs[1 - now]);
+            now = 1 - now;
+        }
+    }
+    return now;
+}
+
+/* The polygon's box, grown and cut to the cell. */
+static bool polygon_box(const polygon p, int n, float grow, const float cell_lo[3], const float cell_hi[3], rti_ref *out)
+{
+    if (n == 0)
+        return false;
+    for (int a = 0; a < 3; a++) {
+        double mn = p[0][a], mx = p[0][a];
+        for (int i = 1; i < n; i++) {
+            mn = p[i][a] < mn ? p[i][a] : mn;
+            mx = p[i][a] > mx ? p[i][a] : mx;
+        }
+        float lo = (float)(mn - grow), hi = (float)(mx + grow);
+        out->lo[a] = lo > cell_lo[a] ? lo : cell_lo[a];
+        out->hi[a] = hi < cell_hi[a] ? hi : cell_hi[a];
+        if (!(out->lo[a] < out->hi[a]))
+            return false;
+    }
+    return true;
+}
+
+static bool own_box(const rti_build_input *in, uint32_t prim, float lo[3], float hi[3])
+{
+    bool finite = true;
+    for (int a = 0; a < 3; a++) {
+        if (prim < in->tri_count) {
+            const rtk_tri *t = &in->tris[prim];
+            lo[a] = rtk_min(rtk_min(t->v0[a], t->v1[a]), t->v2[a]);
+            hi[a] = rtk_max(rtk_max(t->v0[a], t->v1[a]), t->v2[a]);
+            finite = finite && rtk_finite(t->v0[a]) && rtk_finite(t->v1[a]) && rtk_finite(t->v2[a]);
+        } else {
+            lo[a] = in->boxes[prim - in->tri_count][a];
+            hi[a] = in->boxes[prim - in->tri_count][a + 3];
+            finite = finite && rtk_finite(lo[a]) && rtk_finite(hi[a]);
+        }
+    }
+    return finite;
+}
+
+bool rti_ref_root(const rti_build *b, uint32_t prim, rti_ref *out)
+{
+    const rti_build_input *in = b->in;
+    float lo[3], hi[3];
+    bool ok = own_box(in, prim, lo, hi);
+    for (int a = 0; a < 3; a++) {
+        out->lo[a] = rtk_max(lo[a] - in->grow, in->lo[a]);
+        out->hi[a] = rtk_min(hi[a] + in->grow, in->hi[a]);
+        ok = ok && out->lo[a] < out->hi[a];
+    }
+    out->prim = prim;
+    out->pad = 0;
+    return ok;
+}
+
+unsigned rti_ref_cut(const rti_build *b, const rti_cell *cell, const rti_ref *ref, unsigned axis, float pos, rti_ref *left,
+                     rti_ref *right)
+{
+    *left = *ref;
+    *right = *ref;
+    if (!(ref->lo[axis] < pos))
+        return 2;
+    if (!(ref->hi[axis] > pos))
+        return 1;
+    if (ref->prim >= b->in->tri_count) {
+        left->hi[axis] = pos;
+        right->lo[axis] = pos;
+        return 3;
+    }
+    const rtk_tri *tri = &b->in->tris[ref->prim];
+    double grow = b->in->grow, lo[3], hi[3];
+    polygon bufs[2], half;
+    float mid_lo[3], mid_hi[3];
+    int n = 3, at;
+    for (int a = 0; a < 3; a++) {
+        bufs[0][0][a] = tri->v0[a];
+        bufs[0][1][a] = tri->v1[a];
+        bufs[0][2][a] = tri->v2[a];
+        lo[a] = cell->lo[a] - grow;
+        hi[a] = cell->hi[a] + grow;
+        mid_lo[a] = cell->lo[a];
+        mid_hi[a] = cell->hi[a];
+    }
+    at = clip_cell(bufs, &n, lo, hi);
+    mid_lo[axis] = pos;
+    mid_hi[axis] = pos;
+    unsigned sides = 0;
+    int m = clip_plane((const double(*)[3])bufs[at], n, (int)axis, pos + grow, -1.0, half);
+    if (polygon_box((const double(*)[3])half, m, b->in->grow, cell->lo, mid_hi, left))
+        sides |= 1;
+    m = clip_plane((const double(*)[3])bufs[at], n, (int)axis, pos - grow, 1.0, half);
+    if (polygon_box((const double(*)[3])half, m, b->in->grow, mid_lo, cell->hi, right))
+        sides |= 2;
+    return sides;
+}
+
+#define ROOT_CHUNK 16384u
+
+typedef struct root_job {
+    const rti_build *b;
+    rti_ref *refs;
+    uint32_t *kept; /* a chunk */
+} root_job;
+
+static void root_task(void *data, uint32_t index)
+{
+    root_job *job = data;
+    uint32_t begin = index * ROOT_CHUNK, end = begin + ROOT_CHUNK, kept = 0;
+    end = end < job->b->prim_count ? end : job->b->prim_count;
+    for (uint32_t i = begin; i < end; i++)
+        if (rti_ref_root(job->b, i, &job->refs[begin + kept]))
+            kept++;
+    job->kept[index] = kept;
+}
+
+rti_ref *rti_refs_root(rt_context *ctx, const rti_build *b, uint32_t *count)
+{
+    uint32_t chunks = (uint32_t)(((uint64_t)b->prim_count + ROOT_CHUNK - 1) / ROOT_CHUNK), n = 0;
+    rti_ref *refs = rti_alloc_array(ctx, b->prim_count, sizeof *refs);
+    uint32_t *kept = rti_alloc_array(ctx, chunks, sizeof *kept);
+    root_job job = {b, refs, kept};
+    if (refs && kept) {
+        rti_parallel(ctx, chunks, root_task, &job);
+        for (uint32_t c = 0; c < chunks; c++) {
+            memmove(refs + n, refs + (size_t)c * ROOT_CHUNK, kept[c] * sizeof *refs);
+            n += kept[c];
+        }
+    } else {
+        rti_free(ctx, refs, b->prim_count * sizeof *refs);
+        refs = NULL;
+    }
+    rti_free(ctx, kept, chunks * sizeof *kept);
+    *count = n;
+    return refs;
+}

@@ -1,0 +1,193 @@
+/* Finished trees: views, statistics, and the check of trees that come from outside. */
+#include <string.h>
+
+#include "build.h"
+
+/* What waits while a tree is walked: kd one a level, octree seven a level. */
+#define WALK_MAX (8u * RTI_KD_DEPTH_MAX)
+
+typedef struct visit {
+    rti_cell cell;
+    uint32_t node, depth;
+} visit;
+
+rtk_tree rti_tree_view(const void *chunk)
+{
+    const rtk_tree_header *h = chunk;
+    const char *bytes = chunk;
+    rtk_tree v;
+    v.kind = h->kind;
+    v.lo = rtk_v3(h->lo[0], h->lo[1], h->lo[2]);
+    v.hi = rtk_v3(h->hi[0], h->hi[1], h->hi[2]);
+    v.kd = h->kind == RTK_TREE_KD ? (const rtk_kdnode *)(const void *)(bytes + h->off_nodes) : NULL;
+    v.oct = h->kind == RTK_TREE_OCTREE ? (const rtk_octnode *)(const void *)(bytes + h->off_nodes) : NULL;
+    v.refs = (const rtk_u32 *)(const void *)(bytes + h->off_refs);
+    return v;
+}
+
+/* Half the surface, relative to the longest side of the root. */
+static double cell_area(const rti_cell *c, double unit)
+{
+    double d[3];
+    for (int a = 0; a < 3; a++)
+        d[a] = ((double)c->hi[a] - c->lo[a]) / unit;
+    return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+}
+
+typedef struct measured {
+    double cost;
+    uint32_t depth, leaves, empty, largest;
+} measured;
+
+static void measure_leaf(measured *m, uint32_t count, uint32_t depth, double intersect)
+{
+    m->leaves++;
+    m->empty += count == 0;
+    m->largest = count > m->largest ? count : m->largest;
+    m->depth = depth > m->depth ? depth : m->depth;
+    m->cost += intersect * count;
+}
+
+/* Pushes the children of an inner node; 0 for a leaf. */
+static uint32_t push_kd(const rtk_kdnode *n, const visit *v, visit *out)
+{
+    uint32_t axis = n->b & 3u;
+    if (axis == RTK_KD_LEAF)
+        return 0;
+    for (uint32_t i = 0; i < 2; i++) {
+        out[i].cell = v->cell;
+        (i == 0 ? out[i].cell.hi : out[i].cell.lo)[axis] = rtk_float(n->a);
+        out[i].node = (n->b >> 2) + i;
+        out[i].depth = v->depth + 1;
+    }
+    return 2;
+}
+
+static uint32_t push_oct(const rtk_octnode *n, const visit *v, visit *out)
+{
+    if (n->child == 0)
+        return 0;
+    for (uint32_t i = 0; i < 8; i++) {
+        out[i].cell = v->cell;
+        for (uint32_t a = 0; a < 3; a++)
+            ((i >> a) & 1u ? out[i].cell.lo : out[i].cell.hi)[a] = 0.5f * (v->cell.lo[a] + v->cell.hi[a]);
+        out[i].node = n->child + i;
+        out[i].depth = v->depth + 1;
+    }
+    return 8;
+}
+
+static measured measure_tree(const rtk_tree_header *h)
+{
+    rtk_tree t = rti_tree_view(h);
+    measured m = {0};
+    visit stack[WALK_MAX];
+    uint32_t count = 1;
+    double unit = 0.0, root;
+    memcpy(stack[0].cell.lo, h->lo, sizeof h->lo);
+    memcpy(stack[0].cell.hi, h->hi, sizeof h->hi);
+    stack[0].node = stack[0].depth = 0;
+    for (int a = 0; a < 3; a++)
+        unit = h->hi[a] - h->lo[a] > unit ? h->hi[a] - h->lo[a] : unit;
+    unit = unit > 0.0 ? unit : 1.0;
+    root = cell_area(&stack[0].cell, unit);
+    root = root > 0.0 ? root : 1.0;
+    while (count > 0) {
+        visit v = stack[--count];
+        double p = cell_area(&v.cell, unit) / root;
+        uint32_t pushed, prims;
+        if (h->kind == RTK_TREE_KD) {
+            pushed = push_kd(&t.kd[v.node], &v, stack + count);
+            prims = t.kd[v.node].b >> 2;
+        } else {
+            pushed = push_oct(&t.oct[v.node], &v, stack + count);
+            prims = t.oct[v.node].count;
+        }
+        count += pushed;
+        if (pushed)
+            m.cost += p * h->cost_traverse;
+        else
+            measure_leaf(&m, prims, v.depth, p * h->cost_intersect);
+    }
+    return m;
+}
+
+void rti_tree_measure(rtk_tree_header *h)
+{
+    measured m = measure_tree(h);
+    h->depth = m.depth;
+    h->leaf_count = m.leaves;
+    h->empty_leaf_count = m.empty;
+    h->largest_leaf = m.largest;
+    h->sah_cost = (float)m.cost;
+}
+
+float rti_tree_sah(const rtk_tree_header *tree)
+{
+    return (float)measure_tree(tree).cost;
+}
+
+/* ---- trees from outside ------------------------------------------------------------------------------------------------- */
+
+/* An array of `count` items at `off` lies inside the chunk, behind the header, aligned. */
+static bool inside(uint64_t off, uint64_t count, uint64_t item, size_t size)
+{
+    return off >= sizeof(rtk_tree_header) && off % 64 == 0 && off <= size && count <= (size - off) / item;
+}
+
+/* Children stand behind their parent, and no node but the root is without exactly one parent: each child block is claimed by the
+ * one before it in order of nodes only if blocks do not overlap. That is checked by depth: with children behind parents a cycle
+ * is impossible, and a node that several parents share shows in the number of nodes that a walk from the root meets. */
+static bool walk_valid(const rtk_tree_header *h)
+{
+    rtk_tree t = rti_tree_view(h);
+    uint32_t stack[WALK_MAX], depths[WALK_MAX], count = 1;
+    uint32_t step = h->kind == RTK_TREE_KD ? 2 : 8, limit = h->kind == RTK_TREE_KD ? RTI_KD_DEPTH_MAX : RTI_OCTREE_DEPTH_MAX;
+    uint64_t met = 0;
+    stack[0] = depths[0] = 0;
+    while (count > 0) {
+        uint32_t node = stack[--count], depth = depths[count], child, first, refs;
+        if (++met > h->node_count || depth > limit)
+            return false;
+        if (h->kind == RTK_TREE_KD) {
+            bool leaf = (t.kd[node].b & 3u) == RTK_KD_LEAF;
+            child = leaf ? 0 : t.kd[node].b >> 2;
+            first = t.kd[node].a;
+            refs = t.kd[node].b >> 2;
+            if (!leaf && (child == 0 || !rtk_finite(rtk_float(t.kd[node].a))))
+                return false;
+        } else {
+            child = t.oct[node].child;
+            first = t.oct[node].first;
+            refs = t.oct[node].count;
+        }
+        if (child == 0) {
+            if (refs > h->ref_count || first > h->ref_count - refs)
+                return false;
+            continue;
+        }
+        if (child <= node || h->node_count < step || child > h->node_count - step)
+            return false;
+        for (uint32_t i = 0; i < step; i++) {
+            stack[count] = child + i;
+            depths[count++] = depth + 1;
+        }
+    }
+    return true;
+}
+
+bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit)
+{
+    const rtk_tree_header *h = chunk;
+    if (size < sizeof *h || (h->kind != RTK_TREE_KD && h->kind != RTK_TREE_OCTREE))
+        return false;
+    uint64_t node_size = h->kind == RTK_TREE_KD ? sizeof(rtk_kdnode) : sizeof(rtk_octnode);
+    if (h->node_count == 0 || h->node_count > RTI_NODE_MAX || !inside(h->off_nodes, h->node_count, node_size, size) ||
+        !inside(h->off_refs, h->ref_count, sizeof(rtk_u32), size))
+        return false;
+    const rtk_u32 *refs = rti_tree_view(chunk).refs;
+    for (uint32_t i = 0; i < h->ref_count; i++)
+        if (refs[i] >= prim_limit)
+            return false;
+    return walk_valid(h);
+}
