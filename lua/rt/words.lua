@@ -1,0 +1,55 @@
+-- Foreign words in messages: quoting them, and guessing what was meant.
+
+local words = {}
+
+-- Foreign text for a message: control bytes and broken UTF-8 are shown as \xNN, long text is cut.
+function words.quote(text)
+  if #text > 60 then
+    text = text:sub(1, 57) .. "..."
+  end
+  local hex = function(c)
+    return string.format("\\x%02X", c:byte())
+  end
+  if utf8.len(text) then
+    return (text:gsub("[%c\127]", hex))
+  end
+  return (text:gsub("[%c\127-\255]", hex))
+end
+
+-- Edits (insert, drop, replace, swap neighbours) between two words.
+local function distance(a, b)
+  local before, row = nil, {}
+  for j = 0, #b do
+    row[j] = j
+  end
+  for i = 1, #a do
+    local next_row = { [0] = i }
+    for j = 1, #b do
+      local same = a:byte(i) == b:byte(j)
+      local d = math.min(row[j] + 1, next_row[j - 1] + 1, row[j - 1] + (same and 0 or 1))
+      if before and j > 1 and a:byte(i) == b:byte(j - 1) and a:byte(i - 1) == b:byte(j) then
+        d = math.min(d, before[j - 2] + 1)
+      end
+      next_row[j] = d
+    end
+    before, row = row, next_row
+  end
+  return row[#b]
+end
+
+-- The name nearest to a word (at most 1 + a third of its length apart; the first of equals), or nil.
+function words.nearest(word, names)
+  local best, best_distance = nil, 2 + #word // 3
+  if #word > 64 then
+    return nil
+  end
+  for _, name in ipairs(names) do
+    local d = distance(word, name)
+    if d < best_distance and d < #name then
+      best, best_distance = name, d
+    end
+  end
+  return best
+end
+
+return words

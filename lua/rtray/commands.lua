@@ -1,0 +1,106 @@
+-- The commands: what help shows, what the parser accepts, what the completions offer. `module` has run(command, options, arguments).
+
+local options = require "rtray.options"
+
+local SCENE = { name = "SCENE", type = "scene" }
+
+local commands = {
+  {
+    name = "render", summary = "render a scene to an image file", module = "rtray.render",
+    arguments = { SCENE },
+    options = options.take("output", "size", "samples", "workers", "define", "set", "frame", "integrator", "tracer", "builder", "tile",
+      "schedule", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "crop", "seed", "memory_limit", "exposure",
+      "tone", "bits", "quality", "alpha", "format", "bands", "band_memory", "watch", "preview", "progress", "quiet", "json", "stats",
+      "settings"),
+    text = [[
+SCENE is a Lua script, an old scene definition file (.sdf) or a mesh file (PLY, OBJ, STL). Without -o the image is NAME.png in this
+folder. A setting given here wins over the chosen set, that over the script's settings, those over the built-in ones. A mesh file is
+shown on a floor under a lamp, with a camera that frames it.
+
+Ctrl-C (or SIGTERM) saves what is finished and ends; a second one ends at once. An image that does not fit the memory is rendered band
+by band straight into the file; --bands asks for that.]],
+    examples = {
+      "rtray render scenes/paper.lua --size 1000x700 -o paper.png",
+      "rtray render scenes/paper.lua -D ior=1.3 --set draft",
+      "rtray render bunny.ply --samples 64 --integrator path",
+    },
+  },
+  {
+    name = "info", summary = "show what a scene holds: counts, memory, trees; without a scene: this build", module = "rtray.info",
+    arguments = { { name = "SCENE", type = "scene", optional = true } },
+    options = options.take("size", "samples", "workers", "define", "set", "frame", "tracers_list", "builder", "seed", "json"),
+    text = [[
+Prints the counts of a scene, the memory it and a render of it take, and for each tree: references, growth, build time, depth, nodes,
+leaves, empty leaves with their ratio, the largest leaf, the SAH cost and bytes. --tracers picks the trees (kdtree and octree are built
+unless told otherwise).]],
+    examples = { "rtray info", "rtray info sponza.ply --tracers kdtree --builder binned" },
+  },
+  {
+    name = "params", summary = "list the parameters that a script declares", module = "rtray.params",
+    arguments = { SCENE },
+    options = options.take("define", "set", "seed", "json"),
+    text = "Prints each parameter with its value, default, limits and help, and the sets. --json gives the same for programs.",
+    examples = { "rtray params scenes/paper.lua --json" },
+  },
+  {
+    name = "convert", summary = "turn an old scene definition file into a Lua script",
+    arguments = { { name = "FILE.sdf", type = "scene" } }, module = "rtray.convert",
+    options = options.take("output", "force"),
+    text = [[
+The script renders the same bits as the file. Without -o it is written beside the file, as NAME.lua; an existing file is kept unless
+--force.]],
+    examples = { "rtray convert scenes/paper.sdf -o paper2.lua" },
+  },
+  {
+    name = "compare", summary = "compare two images; exit status 4 when they differ",
+    arguments = { { name = "A", type = "file" }, { name = "B", type = "file" } }, module = "rtray.compare",
+    options = options.take("map", "tolerance", "json", "quiet"),
+    text = "Prints the number of differing pixels, the first of them, the largest difference, the mean squared error and the PSNR.",
+    examples = { "rtray compare a.png b.png --map difference.png" },
+  },
+  {
+    name = "verify", summary = "check that every arrangement gives the same image; exit status 4 when not", module = "rtray.verify",
+    arguments = { SCENE },
+    options = options.take("size", "samples", "define", "set", "frame", "integrator", "workers_list", "tiles_list",
+      "tracers_list", "seed", "json", "quiet"),
+    text = [[
+Renders the scene with workers 1, 2, 3, 8, tiles 8, 16, 64 and every structure, and prints the hash of each image in a table. Brute force
+is left out above 10,000 primitives unless --tracers names it. The script is also run in two processes, whose descriptions must agree.]],
+    examples = { "rtray verify scenes/paper.lua", "rtray verify sponza.ply --size 200x140 --samples 1" },
+  },
+  {
+    name = "bench", summary = "measure render and build times of a scene", module = "rtray.bench",
+    arguments = { SCENE },
+    options = options.take("output", "size", "samples", "define", "set", "frame", "integrator", "workers_list", "tracers_list",
+      "runs", "seed", "json", "quiet"),
+    text = [[
+Times the builders of the trees, then renders of the scene for each structure and worker count, runs interleaved, and prints medians.
+-o FILE.csv writes every run in a row (RFC 4180).]],
+    examples = { "rtray bench scenes/paper.lua --workers 1,2 --runs 5 -o bench.csv" },
+  },
+  {
+    name = "repl", summary = "read and run Lua lines, with rt loaded", module = "rtray.repl",
+    arguments = { { name = "SCENE", type = "scene", optional = true } },
+    options = options.take("define", "set", "seed"),
+    text = [[
+Each line is run; the value of an expression is printed. A SCENE stands in the variable `scene`. Works without a terminal too: lines are
+then read from standard input without a prompt.]],
+    examples = { "rtray repl scenes/paper.lua", "echo 'rt.version' | rtray repl" },
+  },
+  {
+    name = "help", summary = "show help for a command", module = "rtray.help",
+    arguments = { { name = "COMMAND", type = "command", optional = true } },
+    options = options.take(), text = "Without a command it lists them all.", examples = { "rtray help render" },
+  },
+  {
+    name = "completion", summary = "print the completions for a shell", hidden = true,
+    arguments = { { name = "SHELL", type = "shell" } }, module = "rtray.completion", options = options.take("output"),
+    text = "SHELL is bash, zsh or fish.", examples = { "rtray completion bash > /etc/bash_completion.d/rtray" },
+  },
+}
+
+for _, command in ipairs(commands) do
+  commands[command.name] = command
+end
+
+return commands

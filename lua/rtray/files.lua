@@ -1,0 +1,79 @@
+-- Names and files: where output goes, and whether it can go there.
+
+local sys = require "rtray.sys"
+local types = require "rtray.types"
+
+local files = {}
+
+function files.folder_of(path)
+  local folder = path:match "^(.*/)[^/]*$"
+  return folder == nil and "." or folder == "/" and "/" or folder:gsub("/+$", "") == "" and "/" or (folder:gsub("/+$", ""))
+end
+
+function files.name_of(path)
+  return path:match "([^/]*)$"
+end
+
+-- NAME of a/b/NAME.ending
+function files.stem_of(path)
+  local name = files.name_of(path)
+  return name:match "^(.+)%.[^.]*$" or name
+end
+
+function files.ending_of(path)
+  return (files.name_of(path):match "^.+%.([^.]*)$" or ""):lower()
+end
+
+-- Raises when `path` can not be written: asked before a long computation, not after it.
+function files.check_output(path)
+  if path == "-" then
+    return
+  end
+  local kind = sys.stat(path)
+  if kind == "folder" then
+    error({ status = 1, message = ("the output %s is a folder; name a file in it"):format(types.quote(path)) }, 0)
+  elseif kind == "other" then
+    return
+  end
+  local folder = files.folder_of(path)
+  local folder_kind, why = sys.stat(folder)
+  if folder_kind ~= "folder" then
+    error({ status = 1, message = ("the output %s cannot be written: the folder %s %s"):format(types.quote(path), types.quote(folder),
+      folder_kind and "is a file" or "cannot be used: " .. why) }, 0)
+  end
+  local ok
+  ok, why = sys.can_create(folder)
+  if not ok then
+    error({ status = 1, message = ("the output %s cannot be written into the folder %s: %s"):format(types.quote(path), types.quote(folder), why) }, 0)
+  end
+end
+
+function files.replace(path, text)
+  files.check_output(path)
+  local ok, why = sys.replace(path, text)
+  if not ok then
+    error(("%s cannot be written: %s"):format(types.quote(path), why), 0)
+  end
+end
+
+-- Path of the folder `to` as seen from the folder `from`, both existing; "" when they are the same.
+function files.relative(from, to)
+  from, to = sys.real_path(from), sys.real_path(to)
+  if not from or not to then
+    return nil
+  end
+  local a, b = {}, {}
+  for part in from:gmatch "[^/]+" do
+    a[#a + 1] = part
+  end
+  for part in to:gmatch "[^/]+" do
+    b[#b + 1] = part
+  end
+  local same = 0
+  while same < #a and same < #b and a[same + 1] == b[same + 1] do
+    same = same + 1
+  end
+  return ("../"):rep(#a - same) .. table.concat(b, "/", same + 1) .. (same < #b and "/" or "")
+end
+
+return files

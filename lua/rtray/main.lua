@@ -1,0 +1,42 @@
+-- Entry of the program: finds the command, runs it, turns what it raises into a sentence and an exit status.
+
+local commands = require "rtray.commands"
+local cli = require "rtray.cli"
+local help = require "rtray.help"
+local output = require "rtray.output"
+local faults = require "rtray.faults"
+
+local function dispatch(argv)
+  local first = argv[1]
+  if first == nil then
+    output.note("%s", (help.overview():gsub("\n$", "")))
+    return 2
+  elseif first == "-h" or first == "--help" then
+    output.write(help.overview())
+    return 0
+  elseif first == "--version" then
+    return require("rtray.info").version()
+  elseif first:sub(1, 1) == "-" then
+    cli.fault(nil, "a command stands first, and %s is an option; `rtray help` lists the commands", first)
+  end
+  local command = help.find(first)
+  local values, arguments = cli.parse(command, argv, 2)
+  if values.help then
+    output.write(help.of(command))
+    return 0
+  end
+  return require(command.module).run(command, values, arguments)
+end
+
+return function(argv)
+  local ok, result = xpcall(dispatch, faults.of, argv)
+  if ok then
+    return result
+  end
+  local where = commands[argv[1]] and "rtray " .. argv[1] or "rtray"
+  output.note("%s: %s", where, result.message)
+  if result.status == 2 then
+    output.note("Try `rtray help%s`.", result.usage and " " .. result.usage or "")
+  end
+  return result.status
+end

@@ -1,0 +1,89 @@
+-- Every option of the program, once. commands.lua names the ones a command takes; help, completions and the parser read the same rows.
+-- type names a reader in types.lua; `setting` is the setting of a render that the option sets.
+
+local options = {}
+
+local function row(key, names, type, value, help, more)
+  local option = { key = key, names = names, type = type, value = value, help = help }
+  for k, v in pairs(more or {}) do
+    option[k] = v
+  end
+  options[key] = option
+end
+
+local MOST = 2 ^ 31 | 0
+
+row("help", { "-h", "--help" }, nil, nil, "show the command's help")
+row("output", { "-o", "--output" }, "file", "FILE", "write to FILE; - is standard output")
+row("define", { "-D", "--define" }, "define", "NAME=VALUE", "set a declared parameter of the script (repeatable)", { many = true })
+row("set", { "--set" }, "text", "NAME", "choose one of the script's parameter sets")
+row("frame", { "--frame" }, "count", "N", "frame of an animation, from 0", { low = 0, high = MOST })
+
+row("size", { "-s", "--size" }, "size", "WxH", "size of the image in pixels")
+row("samples", { "-n", "--samples" }, "count", "N", "samples a pixel", { low = 1, high = 65536, setting = "samples" })
+row("workers", { "-j", "--workers" }, "count", "N", "threads that compute; 0: all CPUs", { low = 0, high = 1024, setting = "workers" })
+row("tile", { "--tile" }, "count", "N", "edge of a tile in pixels", { low = 1, high = 4096, setting = "tile" })
+row("schedule", { "--schedule" }, "choice", "NAME", "how tiles are given out: dynamic or static", {
+  choices = { "dynamic", "static" }, setting = "schedule",
+})
+row("integrator", { "--integrator" }, "choice", "NAME", "what a pixel shows: whitted, path, ao or a debug view", {
+  choices = { "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost" }, setting = "integrator",
+})
+row("tracer", { "--tracer" }, "choice", "NAME", "structure that answers rays; no effect on the picture", {
+  choices = { "auto", "kdtree", "octree", "brute" }, setting = "tracer",
+})
+row("builder", { "--builder" }, "choice", "NAME", "builder of the kd-tree", {
+  choices = { "auto", "exact", "binned", "paper" }, setting = "builder",
+})
+row("max_depth", { "--max-depth" }, "count", "N", "bounces at most", { low = 0, high = 64, setting = "max_depth" })
+row("seed", { "--seed" }, "seed", "N", "seed of the samples and of the script's math.random")
+row("shadow_samples", { "--shadow-samples" }, "count", "N", "rays to a spherical light a hit; 0: chosen", {
+  low = 0, high = 65536, setting = "shadow_samples",
+})
+row("opaque_shadows", { "--opaque-shadows" }, nil, nil, "transparent bodies cast full shadows", { setting = "opaque_shadows" })
+row("no_shadows", { "--no-shadows" }, nil, nil, "lights are never shadowed")
+row("filter", { "--filter" }, "choice", "NAME", "pixel filter", { choices = { "box", "gaussian" }, setting = "filter" })
+row("crop", { "--crop" }, "crop", "X,Y,W,H", "render this part of the image only", { setting = "crop" })
+row("memory_limit", { "--memory-limit" }, "bytes", "BYTES", "memory the render may take, as in 512M or 2G")
+
+row("exposure", { "--exposure" }, "number", "STOPS", "brighten by 2^STOPS when saving", { low = -32, high = 32, save = true })
+row("tone", { "--tone" }, "choice", "CURVE", "tone curve when saving", { choices = { "none", "filmic" }, save = true })
+row("bits", { "--bits" }, "choice", "N", "bits a channel of a PNG", { choices = { "8", "16" }, save = true })
+row("quality", { "--quality" }, "count", "N", "quality of a JPEG", { low = 1, high = 100, save = true })
+row("alpha", { "--alpha" }, nil, nil, "keep the coverage as alpha (PNG, TGA)", { save = true })
+row("format", { "--format" }, "choice", "NAME", "image format, else by the file's ending", {
+  choices = { "png", "jpg", "bmp", "tga", "hdr" }, save = true,
+})
+row("bands", { "--bands" }, nil, nil, "render band by band straight into the file (png, bmp, tga, hdr)")
+row("band_memory", { "--band-memory" }, "bytes", "BYTES", "memory of a band, as in 256M")
+
+row("watch", { "--watch" }, nil, nil, "render again whenever the scene's files change")
+row("preview", { "--preview" }, "file", "FILE", "while rendering, keep FILE up to date with what is done")
+row("json", { "--json" }, nil, nil, "print one JSON object on standard output")
+row("quiet", { "-q", "--quiet" }, nil, nil, "no progress and no closing line")
+row("progress", { "--progress" }, "choice", "KIND", "auto, none, or json: one JSON object a line on standard error", {
+  choices = { "auto", "none", "json" },
+})
+row("stats", { "--stats" }, nil, nil, "print rays, times and what each worker did")
+row("settings", { "--settings" }, nil, nil, "print each setting with where its value comes from")
+
+row("map", { "--map" }, "file", "FILE", "write the image of the differences")
+row("tolerance", { "--tolerance" }, "number", "E", "differences up to E of a channel's range count as equal", { low = 0, high = 1 })
+
+row("workers_list", { "-j", "--workers" }, "counts", "N,N,...", "worker counts", { low = 1, high = 1024 })
+row("tiles_list", { "--tiles" }, "counts", "N,N,...", "tile sizes", { low = 1, high = 4096 })
+row("tracers_list", { "--tracers" }, "choices", "NAME,...", "structures", { choices = { "kdtree", "octree", "brute" } })
+row("runs", { "--runs" }, "count", "N", "runs of each arrangement; medians are shown", { low = 1, high = 1000 })
+row("force", { "-f", "--force" }, nil, nil, "replace an existing file")
+
+-- The rows of some keys, in the given order, the help last.
+function options.take(...)
+  local list = {}
+  for _, key in ipairs { ... } do
+    list[#list + 1] = assert(options[key], key)
+  end
+  list[#list + 1] = options.help
+  return list
+end
+
+return options

@@ -1,0 +1,129 @@
+-- Values of options: each type reads a text and gives the value, or nil and what was expected.
+
+local words = require "rt.words"
+
+local types = {}
+
+function types.quote(text)
+  return "'" .. words.quote(text) .. "'"
+end
+
+local readers = {}
+
+function readers.text(_, text)
+  if text == "" then
+    return nil, "it is empty"
+  end
+  return text
+end
+
+readers.file = readers.text
+readers.folder = readers.text
+
+function readers.count(option, text)
+  local value = text:find "^%d+$" and #text <= 18 and math.tointeger(tonumber(text))
+  if not value or value < option.low or value > option.high then
+    return nil, ("a whole number from %d to %d is expected"):format(option.low, option.high)
+  end
+  return value
+end
+
+function readers.number(option, text)
+  local value = text:find "^[+-]?[%d.]+[eE]?[+-]?%d*$" and tonumber(text)
+  if not value or value < option.low or value > option.high then
+    return nil, ("a number from %g to %g is expected"):format(option.low, option.high)
+  end
+  return value + 0.0
+end
+
+-- Seeds are 64-bit patterns, decimal or 0x hexadecimal.
+function readers.seed(_, text)
+  local value = (text:find "^%d+$" or text:find "^0[xX]%x+$") and #text <= 19 and math.tointeger(tonumber(text))
+  if not value then
+    return nil, "a whole number from 0 to 2^63 - 1 is expected"
+  end
+  return value
+end
+
+function readers.size(_, text)
+  local w, h = text:match "^(%d+)[xX](%d+)$"
+  w, h = math.tointeger(tonumber(w)), math.tointeger(tonumber(h))
+  if not w or not h or w < 1 or h < 1 or w > 1048576 or h > 1048576 then
+    return nil, "WIDTHxHEIGHT is expected, each from 1 to 1048576, as in 1000x700"
+  end
+  return { w, h }
+end
+
+-- Part of an image: X,Y,WIDTH,HEIGHT in pixels from the top left.
+function readers.crop(_, text)
+  local x, y, w, h = text:match "^(%d+),(%d+),(%d+),(%d+)$"
+  if not x or #text > 40 or tonumber(w) < 1 or tonumber(h) < 1 then
+    return nil, "X,Y,WIDTH,HEIGHT in pixels is expected, as in 100,50,200,200"
+  end
+  local n = function(t)
+    return math.tointeger(tonumber(t))
+  end
+  return { x = n(x), y = n(y), width = n(w), height = n(h) }
+end
+
+local UNITS = { [""] = 1, k = 2 ^ 10, m = 2 ^ 20, g = 2 ^ 30 }
+
+-- Bytes, with K, M or G behind.
+function readers.bytes(_, text)
+  local digits, unit = text:match "^(%d+)([kKmMgG]?)i?[bB]?$"
+  if not digits or #digits > 12 then
+    return nil, "a number of bytes is expected, as in 512M or 2G"
+  end
+  return math.tointeger(tonumber(digits) * UNITS[unit:lower()])
+end
+
+function readers.choice(option, text)
+  for _, choice in ipairs(option.choices) do
+    if choice == text then
+      return text
+    end
+  end
+  local near = words.nearest(text, option.choices)
+  return nil, (near and "did you mean " .. near .. "? " or "") .. "known are " .. table.concat(option.choices, ", ")
+end
+
+-- NAME=VALUE; the parameter's declaration decides what the value's text means.
+function readers.define(_, text)
+  local name, value = text:match "^([%a_][%w_]*)=(.*)$"
+  if not name then
+    return nil, "NAME=VALUE is expected, as in radius=100"
+  end
+  return { name = name, text = value }
+end
+
+-- Lists of counts: 1,2,4.
+function readers.counts(option, text)
+  local list = {}
+  for part in (text .. ","):gmatch "([^,]*)," do
+    local value, why = readers.count(option, part)
+    if not value then
+      return nil, why .. " between commas"
+    end
+    list[#list + 1] = value
+  end
+  return list
+end
+
+-- Lists of choices: kdtree,octree.
+function readers.choices(option, text)
+  local list = {}
+  for part in (text .. ","):gmatch "([^,]*)," do
+    local value, why = readers.choice(option, part)
+    if not value then
+      return nil, why
+    end
+    list[#list + 1] = value
+  end
+  return list
+end
+
+function types.read(option, text)
+  return readers[option.type](option, text)
+end
+
+return types
