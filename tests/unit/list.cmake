@@ -1,3 +1,3 @@
 # One line a unit test, sorted.
-librt_unit_test(base)
+librt_unit_test(base THREADS)
 librt_unit_test(image)
