@@ -7,9 +7,10 @@
  *     the primitive's box; a root outside it is refused by the test itself). scale is the largest absolute coordinate of the
  *     group's bounds; a prepared ray's origin is never farther out than 4 scale, because a farther one is first moved to the
  *     group's box (tshift). Brute force does the same, for the step is part of the group, not of a tracer.
- *  3. Trees bound every primitive (or its clipped part) by a box grown by RTK_GROW * scale on all sides. RTK_GROW exceeds
- *     RTK_DELTA plus the rounding of (plane - org) * inv. So a hit's point lies well inside every grown box and every cell
- *     interval that has to hold it, and neither a slab test nor a walk can lose it: no epsilon anywhere in a tracer.
+ *  3. Trees bound every primitive (or its clipped part: clipped to the cell grown by as much) by a box grown by RTK_GROW * scale
+ * on all sides. RTK_GROW exceeds RTK_DELTA plus the rounding of (plane - org) * inv. So a hit's point lies well inside every
+ * grown box and every cell interval that has to hold it, and neither a slab test nor a walk can lose it: no epsilon anywhere in a
+ * tracer.
  *  4. A walk that splits [t0, t1] at t = (plane - org) * inv visits cells whose intervals tile the ray exactly; the leaf
  *     whose interval holds t lists the primitive. It may stop at a cell when best.t < t1, a cull is `enter <= best.t`.
  *  5. Equal t: (t, instance, geometry, primitive) in description order decides.
@@ -17,10 +18,12 @@
 #ifndef RTK_RAY_H
 #define RTK_RAY_H
 
+#include "twofloat.h"
 #include "vec.h"
 
-#define RTK_DELTA 1.9073486e-06f /* 2^-19 */
-#define RTK_GROW 3.8146973e-06f  /* 2^-18 */
+#define RTK_DELTA   3.8146973e-06f /* 2^-18: 64 roundings of a coordinate of size scale; what is proved in triangle.h needs 59 */
+#define RTK_GROW    7.6293945e-06f /* 2^-17 */
+#define RTK_FAR     4.0f           /* of point 2 */
 #define RTK_INV_MAX 1.0e30f
 
 /* A ray as a caller gives it (world or object space). */
@@ -35,14 +38,16 @@ typedef struct rtk_hit {
     rtk_u32 prim, geom, inst;
 } rtk_hit;
 
-/* A ray prepared for one group. t of the group's primitives = tshift + (t along org). kx, ky, kz and sx, sy, sz: axes and
- * shear of Woop, Benthin, Wald 2013. t0, t1: the part inside the group's grown box and [tmin, tmax], measured from org.  */
+/* A ray prepared for one group. t of the group's primitives = tshift + (t along org). kx, ky, kz and sx, sy: axes and shear of
+ * Woop, Benthin, Wald 2013; korg: org in the order kx, ky, kz; kdz: dir along kz. t0, t1: the part inside the group's grown box
+ * and [tmin, tmax], measured from org. */
 typedef struct rtk_pray {
     rtk_vec3 org, dir, inv;
     float tmin, tmax; /* as given, in the caller's t */
     float tshift;
     float t0, t1;
-    float sx, sy, sz;
+    float sx, sy, kdz;
+    rtk_vec3 korg;
     float scale;
     rtk_u32 kx, ky, kz;
     rtk_u32 mask;
@@ -61,7 +66,8 @@ RTK_FN rtk_hit rtk_hit_none(float tmax)
 }
 
 /* The order of hits. inst + 1: geometry of the scene itself (RTK_INVALID) comes before instance 0. */
-RTK_FN int rtk_hit_less(float ta, rtk_u32 insta, rtk_u32 geoma, rtk_u32 prima, float tb, rtk_u32 instb, rtk_u32 geomb, rtk_u32 primb)
+RTK_FN int rtk_hit_less(float ta, rtk_u32 insta, rtk_u32 geoma, rtk_u32 prima, float tb, rtk_u32 instb, rtk_u32 geomb,
+                        rtk_u32 primb)
 {
     if (ta != tb)
         return ta < tb;
@@ -72,14 +78,18 @@ RTK_FN int rtk_hit_less(float ta, rtk_u32 insta, rtk_u32 geoma, rtk_u32 prima, f
     return prima < primb;
 }
 
-RTK_FN int rtk_finite(float x) { return rtk_fabs(x) <= 3.402823466e38f; }
+RTK_FN int rtk_finite(float x)
+{
+    return rtk_fabs(x) <= 3.402823466e38f;
+}
 
-/* A direction's largest component is to lie in this range: below, t would leave the floats' range, and a component that counts as zero in rtk_inverse
- * would still move the ray by more than RTK_DELTA. */
+/* A direction's largest component is to lie in this range: below, t would leave the floats' range, and a component that counts as
+ * zero in rtk_inverse would still move the ray by more than RTK_DELTA. */
 #define RTK_DIR_MIN 1.0e-18f
 #define RTK_DIR_MAX 1.0e18f
 
-/* Zero, denormal, infinite or NaN directions and origins, a NaN range and tmin >= tmax: such a ray misses everything, everywhere. */
+/* Zero, denormal, infinite or NaN directions and origins, a NaN range and tmin >= tmax: such a ray misses everything, everywhere.
+ */
 RTK_FN int rtk_ray_valid(rtk_ray r)
 {
     float m = rtk_maxabs(r.dir);
@@ -111,6 +121,22 @@ RTK_FN void rtk_slab(rtk_vec3 org, rtk_vec3 inv, rtk_vec3 lo, rtk_vec3 hi, float
     *t1 = rtk_min(*t1, rtk_max(a, b));
 }
 
+/* Moves a far origin along the ray to near the group's middle. A step is exact but for one rounding of the new origin, so the
+ * moved ray is the given one; a second step takes up what the first one's rounded length left. 0: the ray stays far away. */
+RTK_COLD int rtk_ray_approach(rtk_vec3 dir, rtk_vec3 lo, rtk_vec3 hi, float scale, rtk_vec3 *org, float *shift)
+{
+    float m = rtk_maxabs(dir);
+    rtk_vec3 d = rtk_v3(dir.x / m, dir.y / m, dir.z / m);
+    rtk_vec3 mid = rtk_v3(0.5f * (lo.x + hi.x), 0.5f * (lo.y + hi.y), 0.5f * (lo.z + hi.z));
+    int k;
+    for (k = 0; k < 6 && !(rtk_maxabs(*org) <= RTK_FAR * scale); k++) {
+        float step = rtk_dot3(rtk_sub(mid, *org), d) / rtk_dot3(d, d) / m;
+        *org = rtk_v3(rtk_ff_along(org->x, step, dir.x), rtk_ff_along(org->y, step, dir.y), rtk_ff_along(org->z, step, dir.z));
+        *shift += step;
+    }
+    return rtk_finite(org->x + org->y + org->z) && rtk_finite(*shift) && rtk_maxabs(*org) <= RTK_FAR * scale;
+}
+
 /* Makes a valid ray ready for a group with grown bounds [lo, hi] and the given scale. Returns 0 when the ray misses the
  * bounds inside (tmin, tmax): then it misses the group, by definition and for every tracer.  */
 RTK_FN int rtk_ray_prepare(rtk_ray r, rtk_vec3 lo, rtk_vec3 hi, float scale, rtk_pray *out)
@@ -118,18 +144,11 @@ RTK_FN int rtk_ray_prepare(rtk_ray r, rtk_vec3 lo, rtk_vec3 hi, float scale, rtk
     float t0 = -RTK_INF, t1 = RTK_INF, shift = 0.0f;
     rtk_vec3 org = r.org, inv = rtk_v3(rtk_inverse(r.dir.x), rtk_inverse(r.dir.y), rtk_inverse(r.dir.z));
     rtk_vec3 a = rtk_vabs(r.dir);
-    rtk_slab(org, inv, lo, hi, &t0, &t1);
-    if (!(t0 <= t1) || t1 < r.tmin || t0 > r.tmax)
+    if (rtk_maxabs(org) > RTK_FAR * scale && !rtk_ray_approach(r.dir, lo, hi, scale, &org, &shift))
         return 0;
-    if (rtk_maxabs(org) > 4.0f * scale) {
-        shift = t0;
-        org = rtk_madd(org, shift, r.dir);
-        t0 = -RTK_INF;
-        t1 = RTK_INF;
-        rtk_slab(org, inv, lo, hi, &t0, &t1);
-        if (!(t0 <= t1))
-            return 0;
-    }
+    rtk_slab(org, inv, lo, hi, &t0, &t1);
+    if (!(t0 <= t1) || shift + t1 < r.tmin || shift + t0 > r.tmax)
+        return 0;
     out->org = org;
     out->dir = r.dir;
     out->inv = inv;
@@ -158,9 +177,10 @@ RTK_FN int rtk_ray_prepare(rtk_ray r, rtk_vec3 lo, rtk_vec3 hi, float scale, rtk
         out->ky = 1u;
     }
     /* The winding does not matter: triangles are double-sided, and the geometric normal is taken from the vertices. */
-    out->sx = rtk_axis(r.dir, out->kx) / rtk_axis(r.dir, out->kz);
-    out->sy = rtk_axis(r.dir, out->ky) / rtk_axis(r.dir, out->kz);
-    out->sz = 1.0f / rtk_axis(r.dir, out->kz);
+    out->korg = rtk_v3(rtk_axis(org, out->kx), rtk_axis(org, out->ky), rtk_axis(org, out->kz));
+    out->kdz = rtk_axis(r.dir, out->kz);
+    out->sx = rtk_axis(r.dir, out->kx) / out->kdz;
+    out->sy = rtk_axis(r.dir, out->ky) / out->kdz;
     return 1;
 }
 
