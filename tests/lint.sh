@@ -15,7 +15,8 @@ if have luacheck && [ -n "$(files '*.lua' '*.luacheckrc')" ]; then
 fi
 if have clang-format; then
     ran="$ran clang-format"
-    files '*.c' '*.h' '*.inl' | xargs clang-format --dry-run --Werror || bad=1
+    # Headers keep their one-line functions and hand-set columns of comments, which clang-format 14 would break up.
+    files '*.c' | xargs clang-format --dry-run --Werror || bad=1
 fi
 if have shellcheck; then
     ran="$ran shellcheck"
