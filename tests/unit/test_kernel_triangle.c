@@ -76,7 +76,7 @@ static rtk_tri tri_of(rtk_vec3 a, rtk_vec3 b, rtk_vec3 c)
 /* Distance of the hit's point from the triangle as a part of scale, -1 for a miss. */
 static real hit_distance(const rtk_vec3 v[3], rtk_vec3 org, rtk_vec3 dir, const rtk_vec3 box[2])
 {
-    rtk_pray r;
+    rtk_pray r = {0};
     rtk_tri tri = tri_of(v[0], v[1], v[2]);
     float t, b, c;
     if (!prepare(org, dir, -1e30f, 1e30f, box[0], box[1], &r))
@@ -171,8 +171,8 @@ static void t_is_good_near_a_floor(void **state)
     for (int i = 0; i < 200000; i++) {
         float h = 1e-3f + rng_unit(&g);
         rtk_vec3 org = rtk_v3(100 * rng_pm(&g), 0.25f + h, 100 * rng_pm(&g)), dir = rng_dir(&g);
-        rtk_pray r;
-        float t, b, c;
+        rtk_pray r = {0};
+        float t = 0, b, c;
         if (dir.y > -0.5f || !prepare(org, dir, 0.0f, 1e30f, rtk_v3(-1000, 0, -1000), rtk_v3(1000, 1, 1000), &r))
             continue;
         assert_true(rtk_tri_intersect(&r, &tri, &t, &b, &c));
@@ -261,7 +261,7 @@ static void closed_meshes_do_not_leak(void **state)
             rtk_vec3 a = m.v[tri[0]], b = m.v[tri[1]], target = i % 2 ? a : rtk_madd(a, rng_unit(&g), rtk_sub(b, a)), dir;
             rtk_vec3 in = rng_vec(&g, 0.2f * worlds[w].size),
                      org = rtk_add(worlds[w].at, rtk_v3(in.x, in.y * worlds[w].squash, in.z));
-            rtk_pray r;
+            rtk_pray r = {0};
             dir = rtk_sub(target, org);
             if (i % 7 == 0) { /* straight at it along an axis */
                 org = rtk_v3(target.x, target.y, worlds[w].at.z);
@@ -290,8 +290,8 @@ static void shared_edges_belong_to_someone(void **state)
     int rays = 0;
     for (int i = 0; i < 200000; i++) {
         rtk_vec3 a = rng_vec(&g, 1.0f), b = rng_vec(&g, 1.0f), c = rng_vec(&g, 1.0f), d, org, p;
-        rtk_pray r;
-        float t, u, v;
+        rtk_pray r = {0};
+        float t = 0, u = 0, v = 0;
         d = rtk_add(rtk_scale(rtk_add(a, b), 0.5f), rtk_sub(rtk_scale(rtk_add(a, b), 0.5f), c)); /* across a b */
         p = rtk_madd(a, 0.1f + 0.8f * rng_unit(&g), rtk_sub(b, a));
         org = rng_vec(&g, 2.0f);
@@ -311,7 +311,7 @@ static void shared_edges_belong_to_someone(void **state)
 static void odd_triangles_miss(void **state)
 {
     (void)state;
-    rtk_pray r;
+    rtk_pray r = {0};
     float t = 0, u = 0, v = 0, nan = RTK_INF - RTK_INF, inf = RTK_INF;
     assert_true(prepare(rtk_v3(0.25f, 0.25f, -1), rtk_v3(0, 0, 1), 0, 10, rtk_v3(-1, -1, -1), rtk_v3(1, 1, 1), &r));
     rtk_tri good = tri_of(rtk_v3(0, 0, 0), rtk_v3(1, 0, 0), rtk_v3(0, 1, 0));
@@ -344,7 +344,7 @@ static void odd_rays_miss(void **state)
     (void)state;
     const rtk_vec3 lo = {-1, -1, -1}, hi = {1, 1, 1};
     float nan = RTK_INF - RTK_INF;
-    rtk_pray r;
+    rtk_pray r = {0};
     assert_false(prepare(rtk_v3(0, 0, -2), rtk_v3(0, 0, 0), 0, 10, lo, hi, &r));
     assert_false(prepare(rtk_v3(0, 0, -2), rtk_v3(0, nan, 1), 0, 10, lo, hi, &r));
     assert_false(prepare(rtk_v3(0, 0, -2), rtk_v3(0, 0, RTK_INF), 0, 10, lo, hi, &r));
