@@ -1,0 +1,18 @@
+# cmake -DOUTPUT=x.c -DARRAY=name -DTYPE=type -DHEADER=h "-DFILES=rt.check=path|..." -P embed.cmake
+# Writes files as C arrays, so that a binary carries them wherever it lies.
+set(arrays "")
+set(rows "")
+set(number 0)
+string(REPLACE "|" ";" FILES "${FILES}")
+foreach(entry IN LISTS FILES)
+  string(REGEX MATCH "^([^=]+)=(.*)$" _ "${entry}")
+  set(name ${CMAKE_MATCH_1})
+  file(READ ${CMAKE_MATCH_2} hex HEX)
+  file(SIZE ${CMAKE_MATCH_2} size)
+  string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${hex}")
+  string(REGEX REPLACE "(0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,0x..,)" "\\1\n" bytes "${bytes}")
+  string(APPEND arrays "static const unsigned char file_${number}[] = {\n${bytes}0};\n")
+  string(APPEND rows "    {\"${name}\", file_${number}, ${size}},\n")
+  math(EXPR number "${number} + 1")
+endforeach()
+file(WRITE ${OUTPUT} "#include \"${HEADER}\"\n\n${arrays}\nconst ${TYPE} ${ARRAY}[] = {\n${rows}    {0, 0, 0}};\n")

@@ -1,0 +1,284 @@
+-- Checking what users write. A field's check is a function (value, who, key) that returns the value as the module keeps it (tables are copied, so
+-- that a script may go on using its own) or raises a sentence with the script's file and line.
+
+local core = require "rt.core"
+local words = require "rt.words"
+
+local check = {}
+
+local type, math_type = type, math.type
+local FLOAT_MAX = 3.4028234e38
+local new_vec
+
+-- vec.lua hands in its constructor: it needs this file first.
+function check.set_vec(constructor)
+  new_vec = constructor
+end
+
+function check.fail(...)
+  error(core.where() .. string.format(...), 0)
+end
+local fail = check.fail
+
+-- A value as a message shows it.
+function check.describe(value)
+  local kind = type(value)
+  if kind == "string" then
+    return "'" .. words.quote(value) .. "'"
+  elseif kind == "number" or kind == "boolean" or kind == "nil" then
+    return tostring(value)
+  end
+  local meta = getmetatable(value)
+  local name = type(meta) == "table" and rawget(meta, "__name")
+  return "a " .. (type(name) == "string" and name or kind)
+end
+local describe = check.describe
+
+-- The keys of a table in their order: numbers first.
+function check.sorted_keys(t)
+  local keys = {}
+  for key in next, t do
+    keys[#keys + 1] = key
+  end
+  table.sort(keys, function(a, b)
+    if type(a) == type(b) and (type(a) == "number" or type(a) == "string") then
+      return a < b
+    elseif type(a) ~= type(b) then
+      return type(a) < type(b)
+    end
+    return tostring(a) < tostring(b)
+  end)
+  return keys
+end
+
+-- Raises for a key that `known` does not have; `noun` says what such keys are called.
+function check.unknown(who, key, known, noun)
+  local names = {}
+  for _, name in ipairs(check.sorted_keys(known)) do
+    names[#names + 1] = type(name) == "string" and name or nil
+  end
+  if type(key) ~= "string" then
+    fail("%s has no %s %s; known are %s", who, noun, describe(key), table.concat(names, ", "))
+  end
+  local near = words.nearest(key, names)
+  if near then
+    fail("%s has no %s '%s'; did you mean %s?", who, noun, words.quote(key), near)
+  end
+  fail("%s has no %s '%s'; known are %s", who, noun, words.quote(key), table.concat(names, ", "))
+end
+
+-- ---- numbers ----
+
+local function finite(value)
+  return value == value and value <= FLOAT_MAX and value >= -FLOAT_MAX
+end
+
+local function expect_number(value, who, key)
+  if not math_type(value) then
+    fail("%s: %s must be a number; got %s", who, key, describe(value))
+  elseif value ~= value then
+    fail("%s: %s is not a number (NaN); look for 0/0 or a root of a negative number", who, key)
+  elseif not finite(value) then
+    fail("%s: %s is %s; it must be finite in single precision", who, key, tostring(value))
+  end
+end
+
+-- "from 0 to 1", "greater than 0", ...
+local function range_words(range)
+  local low = range.low and ("at least %g"):format(range.low) or range.above and ("greater than %g"):format(range.above)
+  local high = range.high and ("at most %g"):format(range.high) or range.below and ("less than %g"):format(range.below)
+  if range.low and range.high then
+    return ("from %g to %g"):format(range.low, range.high)
+  end
+  return low and high and low .. " and " .. high or low or high
+end
+
+local function outside(value, range)
+  return range.low and value < range.low or range.above and value <= range.above or range.high and value > range.high
+    or range.below and value >= range.below
+end
+
+function check.number(range)
+  range = range or {}
+  return function(value, who, key)
+    if not math_type(value) or not finite(value) then
+      expect_number(value, who, key)
+    end
+    if outside(value, range) then
+      fail("%s: %s must be %s; got %s", who, key, range_words(range), tostring(value))
+    end
+    return value
+  end
+end
+
+function check.integer(range)
+  return function(value, who, key)
+    local n = math_type(value) and math.tointeger(value)
+    if not n then
+      expect_number(value, who, key)
+      fail("%s: %s must be a whole number; got %s", who, key, tostring(value))
+    elseif outside(n, range) then
+      fail("%s: %s must be a whole number %s; got %s", who, key, range_words(range), tostring(value))
+    end
+    return n
+  end
+end
+
+-- ---- vectors ----
+
+local function vec3_fault(value, who, key, what)
+  if type(value) ~= "table" then
+    fail("%s: %s must be %s; got %s", who, key, what, describe(value))
+  end
+  for i = 1, 3 do
+    if value[i] == nil then
+      fail("%s: %s must be %s; number %d is missing", who, key, what, i)
+    end
+    expect_number(value[i], who, ("%s[%d]"):format(key, i))
+  end
+  fail("%s: %s must be %s; it has %d values", who, key, what, #value)
+end
+
+local function is_vec3(value)
+  if type(value) ~= "table" then
+    return false
+  end
+  local x, y, z = value[1], value[2], value[3]
+  return math_type(x) and math_type(y) and math_type(z) and finite(x) and finite(y) and finite(z) and value[4] == nil
+end
+
+function check.vec3(value, who, key)
+  if not is_vec3(value) then
+    vec3_fault(value, who, key, "{x, y, z}")
+  end
+  return new_vec(value[1], value[2], value[3])
+end
+
+-- A vector that has a direction.
+function check.direction(value, who, key)
+  local v = check.vec3(value, who, key)
+  if v[1] == 0 and v[2] == 0 and v[3] == 0 then
+    fail("%s: %s is zero and so has no direction", who, key)
+  end
+  return v
+end
+
+-- A colour whose parts are at least 0, at most `high`.
+function check.color(high)
+  return function(value, who, key)
+    if not is_vec3(value) then
+      vec3_fault(value, who, key, "{red, green, blue}")
+    end
+    for i = 1, 3 do
+      if value[i] < 0 or high and value[i] > high then
+        fail("%s: %s[%d] must be %s; got %s", who, key, i, high and ("from 0 to %g"):format(high) or "at least 0", tostring(value[i]))
+      end
+    end
+    return new_vec(value[1], value[2], value[3])
+  end
+end
+
+function check.numbers(count)
+  return function(value, who, key)
+    if type(value) ~= "table" or #value ~= count then
+      fail("%s: %s must be a table of %d numbers; got %s", who, key, count, type(value) == "table" and "a table of " .. #value or describe(value))
+    end
+    local copy = {}
+    for i = 1, count do
+      expect_number(value[i], who, ("%s[%d]"):format(key, i))
+      copy[i] = value[i]
+    end
+    return copy
+  end
+end
+
+-- ---- the rest ----
+
+function check.boolean(value, who, key)
+  if type(value) ~= "boolean" then
+    fail("%s: %s must be true or false; got %s", who, key, describe(value))
+  end
+  return value
+end
+
+function check.string(value, who, key)
+  if type(value) ~= "string" then
+    fail("%s: %s must be a string; got %s", who, key, describe(value))
+  elseif value == "" then
+    fail("%s: %s is empty", who, key)
+  elseif value:find("\0", 1, true) then
+    fail("%s: %s has a NUL byte inside", who, key)
+  end
+  return value
+end
+
+function check.choice(names)
+  return function(value, who, key)
+    for _, name in ipairs(names) do
+      if name == value then
+        return value
+      end
+    end
+    local near = type(value) == "string" and words.nearest(value, names)
+    near = near and " (did you mean " .. near .. "?)" or ""
+    return fail("%s: %s must be one of %s; got %s%s", who, key, table.concat(names, ", "), describe(value), near)
+  end
+end
+
+function check.callable(value, who, key)
+  if type(value) ~= "function" then
+    fail("%s: %s must be a function; got %s", who, key, describe(value))
+  end
+  return value
+end
+
+-- A table that the user wrote in place: no object of the module.
+function check.plain_table(value, who, example)
+  if type(value) ~= "table" or getmetatable(value) ~= nil then
+    fail("%s takes one table, as in %s; got %s", who, example, describe(value))
+  end
+  return value
+end
+
+-- Raises for the first key (in their order) that `fields` does not have.
+function check.keys(t, fields, who, noun)
+  for key in next, t do
+    if fields[key] == nil then
+      for _, k in ipairs(check.sorted_keys(t)) do
+        if fields[k] == nil then
+          check.unknown(who, k, fields, noun)
+        end
+      end
+    end
+  end
+end
+
+-- The checked copy of t. `skip_numbers` passes positional items over.
+function check.fields(t, fields, who, skip_numbers)
+  local copy = {}
+  for key, value in next, t do
+    local field = fields[key]
+    if field then
+      copy[key] = field(value, who, key)
+    elseif not (skip_numbers and math_type(key)) then
+      local named = {}
+      for k in next, t do
+        if not (skip_numbers and math_type(k)) then
+          named[k] = true
+        end
+      end
+      check.keys(named, fields, who, "key")
+    end
+  end
+  return copy
+end
+
+function check.required(o, keys, who)
+  for _, key in ipairs(keys) do
+    if o[key] == nil then
+      fail("%s: %s is missing", who, key)
+    end
+  end
+end
+
+return check

@@ -1,0 +1,37 @@
+-- The renderer behind the module: what it runs on, and which settings there are.
+
+local core = require "rt.core"
+local check = require "rt.check"
+local settings = require "rt.settings"
+
+local configure = {}
+
+local fields = { workers = check.integer { low = 0, high = 1024 }, memory_limit = check.integer { low = 0, high = math.maxinteger } }
+
+-- rt.configure { workers = 1, memory_limit = 2^30 } before the first scene or image: workers = 1 means no thread of librt's own.
+function configure.configure(t)
+  check.plain_table(t, "rt.configure", "rt.configure { workers = 2 }")
+  if not core.configure(check.fields(t, fields, "rt.configure")) then
+    check.fail("rt.configure must come before the first scene or image")
+  end
+end
+
+-- { cpus, memory_available, workers, memory, memory_peak }: what the machine has, and what the renderer takes.
+function configure.machine()
+  local cpus, available = core.machine()
+  local now, peak = core.memory()
+  return { cpus = cpus, memory_available = available, workers = core.workers(), memory = now, memory_peak = peak }
+end
+
+-- The settings in their order, each { name, kind, low, high, choices, help, default }.
+function configure.settings()
+  local defaults, list = core.render_defaults(), {}
+  for i, row in ipairs(settings.list) do
+    list[i] = {
+      name = row.name, kind = row.kind, low = row.low, high = row.high, choices = row.choices, help = row.help, default = defaults[row.name],
+    }
+  end
+  return list
+end
+
+return configure

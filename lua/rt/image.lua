@@ -1,0 +1,72 @@
+-- Images: linear float pixels. Most methods are C (image.c); here are the ones that take tables.
+
+local core = require "rt.core"
+local check = require "rt.check"
+
+local image = {}
+local methods = core.image_methods
+
+function image.is(value)
+  local meta = getmetatable(value)
+  return type(value) == "userdata" and type(meta) == "table" and meta.__name == "rt.image"
+end
+
+function image.field(value, who, key)
+  if not image.is(value) then
+    check.fail("%s: %s must be an image, as rt.image gives it; got %s", who, key, check.describe(value))
+  end
+  return value
+end
+
+image.save_fields = {
+  format = check.choice { "png", "jpg", "bmp", "tga", "hdr" }, exposure = check.number { low = -32, high = 32 },
+  tone = check.choice { "none", "filmic" }, bits = check.integer { low = 8, high = 16 }, quality = check.integer { low = 1, high = 100 },
+  alpha = check.boolean, text = check.boolean,
+}
+
+-- image:save(path, { format, exposure, tone, bits, quality, alpha, text }): the path is relative to where the program runs. Returns the image.
+function methods.save(self, path, options)
+  local checked = check.fields(options or {}, image.save_fields, "image:save")
+  core.image_save(self, check.string(path, "image:save", "the path"), checked)
+  return self
+end
+
+-- image:compare(other, { map = true }): { differing, first, max, mse, psnr, map }
+function methods.compare(self, other, options)
+  image.field(other, "image:compare", "the argument")
+  local checked = check.fields(options or {}, { map = check.boolean }, "image:compare")
+  return core.image_compare(self, other, checked.map)
+end
+
+local size = check.integer { low = 1, high = 1048576 }
+local make_fields = { width = size, height = size, pixel = check.callable }
+
+-- { width, height, pixel = function(x, y) return r, g, b end }
+local function make(t)
+  local o = check.fields(t, make_fields, "rt.image")
+  check.required(o, { "width", "height" }, "rt.image")
+  local made = core.image_new(o.width, o.height)
+  if o.pixel then
+    local pixel, set_pixel = o.pixel, methods.set_pixel
+    for y = 0, o.height - 1 do
+      for x = 0, o.width - 1 do
+        set_pixel(made, x, y, pixel(x, y))
+      end
+    end
+  end
+  return made
+end
+
+-- rt.image(path) reads a file; rt.image { width = 2, height = 2 } is black.
+function image.new(what)
+  if type(what) == "table" then
+    return make(check.plain_table(what, "rt.image", [[rt.image { width = 64, height = 64 }]]))
+  end
+  return core.image_load(require("rt.run").resolve(check.string(what, "rt.image", "the path")))
+end
+
+function image.compare(a, b, options)
+  return methods.compare(image.field(a, "rt.compare", "the first argument"), b, options)
+end
+
+return image

@@ -1,0 +1,40 @@
+-- The module rt: a renderer in a table. lua/rt.d.lua describes each function for editors.
+
+local core = require "rt.core"
+local run = require "rt.run"
+local vec = require "rt.vec"
+local transform = require "rt.transform"
+local material = require "rt.material"
+local light = require "rt.light"
+local shapes = require "rt.shapes"
+local mesh = require "rt.mesh"
+local image = require "rt.image"
+local scene = require "rt.scene"
+local params = require "rt.params"
+local load = require "rt.load"
+local log = require "rt.log"
+local configure = require "rt.configure"
+
+local version, build = core.version()
+
+local rt = {
+  version = version, build = build,
+  -- scenes
+  scene = scene.new, load_snapshot = scene.load_snapshot, render = scene.render, camera = light.camera,
+  point_light = light.point, sphere_light = light.sphere, directional_light = light.directional,
+  classic = material.classic, emissive = material.emissive, texture = material.texture,
+  sphere = shapes.sphere, spheres = shapes.spheres, plane = shapes.plane, box = shapes.box, cylinder = shapes.cylinder, cone = shapes.cone,
+  torus = shapes.torus, mesh = mesh.mesh, polyhedron = mesh.polyhedron, group = mesh.group, instance = mesh.instance,
+  -- values
+  vec = vec.make, srgb = vec.srgb, transform = transform.make, translate = transform.translate, scale = transform.scale, rotate = transform.rotate,
+  buffer = core.buffer, image = image.new, compare = image.compare, random = core.random,
+  -- scripts
+  params = params.declare, load = load.load, main = load.main,
+  -- the renderer
+  configure = configure.configure, machine = configure.machine, integrators = core.integrators, tracers = core.tracers, settings = configure.settings,
+  on_log = log.on_log,
+}
+
+run.detect_program()
+
+return rt

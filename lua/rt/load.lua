@@ -1,0 +1,125 @@
+-- Running scene scripts, and showing mesh files.
+
+local check = require "rt.check"
+local run = require "rt.run"
+local params = require "rt.params"
+local settings = require "rt.settings"
+local scene = require "rt.scene"
+local words = require "rt.words"
+
+local load = {}
+
+local MESHES = { ply = true, obj = true, stl = true }
+local ENDINGS = "known are .lua, .sdf, .ply, .obj, .stl and .rts (a saved scene)"
+
+local function useless(path, value)
+  if value == nil then
+    error(path .. ": the script returns nothing; its last line must return a scene, as in `return rt.scene { ... }`", 0)
+  elseif type(value) ~= "table" and type(value) ~= "function" then
+    error(("%s: the script returns %s; it must return a scene, as in `return rt.scene { ... }`"):format(path, check.describe(value)), 0)
+  end
+end
+
+-- A list of objects is a scene without a word about camera and light.
+local function as_scene(value)
+  if type(value) == "table" and getmetatable(value) == nil then
+    return scene.new(value)
+  end
+  return value
+end
+
+local function run_script(r)
+  local chunk, message = loadfile(r.path, "t")
+  if not chunk then
+    error(message, 0)
+  end
+  local value = run.call(r, chunk)
+  if value == nil then
+    value = r.main_value
+  end
+  useless(r.path, value)
+  return value
+end
+
+-- A mesh file as a picture: the mesh on a floor under a lamp, with a camera that frames it.
+local function show_mesh(r)
+  return run.call(r, function()
+    local shapes, mesh, light, material = require "rt.shapes", require "rt.mesh", require "rt.light", require "rt.material"
+    local shown = scene.new { mesh.mesh { file = run.absolute(r.path), smooth = true }, settings = { max_depth = 4 } }
+    local low, high = shown:bounds()
+    if not low then
+      error(r.path .. ": the file has no triangle to show", 0)
+    end
+    local size = math.max(high[1] - low[1], high[2] - low[2], high[3] - low[3])
+    shown:set_camera(light.camera(scene.framing(shown))) -- before the floor and the lamp, which the camera need not hold
+    shown:add(
+      shapes.plane { point = { 0, low[2], 0 }, normal = { 0, 1, 0 }, material = material.classic { color = { 0.6, 0.6, 0.6 } } },
+      light.sphere { at = { high[1] + size, high[2] + 2 * size, high[3] + size }, radius = 0.2 * size, color = { 0.8, 0.8, 0.8 } }
+    )
+    scene.set_world(shown, { ambient = { 0.25, 0.25, 0.25 }, background = { 0.55, 0.65, 0.8 }, background_top = { 0.25, 0.4, 0.7 } })
+    return shown
+  end)
+end
+
+local option_fields = {
+  set = check.string, seed = check.integer { low = math.mininteger, high = math.maxinteger },
+  settings = function(value, who) return settings.check(value, who .. ": settings") end,
+}
+
+local function no_params(r, what)
+  for _, name in ipairs(check.sorted_keys(r.overrides)) do
+    error(("-D %s: %s declares no parameters"):format(name, what), 0)
+  end
+  if r.set then
+    error(("--set %s: %s declares no sets"):format(words.quote(r.set), what), 0)
+  end
+end
+
+-- rt.load(path, { ior = 1.7 }, { set = "draft", settings = { samples = 1 }, seed = 0 }): what the script returns, and the run: path, params (a list
+-- of { name, type, value, default, source, min, max, step, choices, help }) and sets. Parameters may be given as texts, as on a command line.
+-- Mesh files, old scene definitions and saved scenes give a scene.
+function load.load(path, overrides, options)
+  check.string(path, "rt.load", "the path")
+  local given = check.fields(check.plain_table(options or {}, "rt.load", "{ set = 'draft' }"), option_fields, "rt.load")
+  given.overrides = {}
+  for key, value in next, check.plain_table(overrides or {}, "rt.load", "{ ior = 1.7 }") do
+    given.overrides[check.string(key, "rt.load", "a parameter's name")] = value
+  end
+  path = run.resolve(path)
+  local r = run.new(path, given)
+  if given.seed then
+    math.randomseed(given.seed)
+  end
+  local ending = (path:match "%.([^./]*)$" or ""):lower()
+  if ending == "lua" then
+    local value = run_script(r)
+    params.check_used(r)
+    return as_scene(value), r
+  end
+  no_params(r, "a file of this kind")
+  if MESHES[ending] then
+    return show_mesh(r), r
+  elseif ending == "rts" then
+    return run.call(r, scene.load_snapshot, run.absolute(path)), r
+  elseif ending == "sdf" then
+    r.folder = ""
+    return run.call(r, require("rt.sdf_scene").load, require "rt", path), r
+  end
+  return check.fail("%s: the file's kind is not known by its ending; %s", words.quote(path), ENDINGS)
+end
+
+-- rt.main(value) at the end of a script: under rtray and rt.load it only hands the value on; started as `lua5.4 scene.lua ...`, the script becomes a
+-- program with rtray's options for rendering.
+function load.main(value)
+  local r = run.current()
+  if not (r and r.is_program) then
+    if r then
+      r.main_value = value
+    end
+    return value
+  end
+  useless(r.path, value)
+  params.check_used(r)
+  return require("rt.main")(as_scene(value), r)
+end
+return load

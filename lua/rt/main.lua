@@ -1,0 +1,82 @@
+-- A script as a program: `lua5.4 scene.lua --size 1000x700 -o out.png`. Its options are rtray's for rendering, read by the settings' own rows.
+
+local check = require "rt.check"
+local scene = require "rt.scene"
+local settings = require "rt.settings"
+local words = require "rt.words"
+
+local SHORT = { ["-o"] = "--output", ["-s"] = "--size", ["-n"] = "--samples", ["-j"] = "--workers", ["-q"] = "--quiet", ["-h"] = "--help" }
+
+local function usage(r)
+  print(("usage: lua5.4 %s [-o FILE] [-D NAME=VALUE ...] [--set NAME] [--quiet] [--SETTING VALUE ...]"):format(r.path))
+  print "settings:"
+  print "  --size WxH            width and height at once"
+  for _, row in ipairs(settings.list) do
+    if row.kind ~= "crop" then
+      print(("  --%-19s %s"):format(row.name:gsub("_", "-"), row.help))
+    end
+  end
+  for i, p in ipairs(r.params) do
+    print((i == 1 and "parameters:\n" or "") .. ("  -D %-19s %s"):format(p.name .. "=" .. tostring(p.value), p.help or p.type))
+  end
+end
+
+-- The options: output, quiet, help, and settings by name.
+local function parse(arguments)
+  local o, i = { settings = {} }, 1
+  local function fault(...)
+    error("command line: " .. string.format(...), 0)
+  end
+  while arguments[i] do
+    local option, text = arguments[i]:match "^(%-%-[^=]+)=(.*)$"
+    option = option or SHORT[arguments[i]] or arguments[i]
+    local name = option:gsub("^%-%-", ""):gsub("-", "_")
+    if option == "--quiet" or option == "--help" then
+      o[name] = true
+    elseif not option:find "^%-D." then -- parameters were read when the module was loaded
+      if not text then
+        i = i + 1
+        text = arguments[i] or fault("%s needs a value", option)
+      end
+      if option == "--output" then
+        o.output = text
+      elseif option:sub(1, 2) == "--" and settings.fields[name] then
+        o.settings[name] = settings.read(name, text, "command line")
+      elseif option ~= "-D" and option ~= "--define" and option ~= "--set" then
+        fault("'%s' is no option; --help lists them", words.quote(option))
+      end
+    end
+    i = i + 1
+  end
+  return o
+end
+
+local function note(done)
+  io.stderr:write(("\r%3d%%"):format(math.floor(done * 100)))
+end
+
+local function render(value, r)
+  local o = parse(arg)
+  if o.help then
+    return usage(r)
+  elseif not scene.is(value) then
+    error(("%s: rt.main takes a scene; got %s"):format(r.path, check.describe(value)), 0)
+  end
+  r.settings = settings.check(o.settings, "command line")
+  local output = o.output or (r.path:match "([^/]*)$"):gsub("%.[^.]*$", "") .. ".png"
+  local made, stats = value:render { progress = not o.quiet and note or nil }
+  made:save(output)
+  if not o.quiet then
+    local width, height = made:size()
+    io.stderr:write(("\r%s: %d x %d, %d rays, %.2f s\n"):format(output, width, height, stats.rays, stats.seconds))
+  end
+end
+
+return function(value, r)
+  local ok, message = pcall(render, value, r)
+  if not ok then
+    io.stderr:write((tostring(message):gsub("\n.*", "")), "\n")
+    os.exit(message:find("^command line:") and 2 or 1, true)
+  end
+  return value
+end

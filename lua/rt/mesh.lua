@@ -1,0 +1,105 @@
+-- Meshes from files and arrays, polyhedra, groups and instances.
+
+local check = require "rt.check"
+local class = require "rt.class"
+local run = require "rt.run"
+local arrays = require "rt.arrays"
+local shapes = require "rt.shapes"
+local material = require "rt.material"
+local transform = require "rt.transform"
+
+local mesh = {}
+
+local ARRAY_KEYS = { "vertices", "faces", "normals", "uvs", "colors", "materials" }
+local FILE_KEYS = { "smooth_angle", "ignore_materials", "transform" }
+
+local function finish_file(o, who)
+  for _, key in ipairs(ARRAY_KEYS) do
+    if o[key] ~= nil then
+      check.fail("%s: file and %s do not go together", who, key)
+    end
+  end
+  o.add, o.path = "add_mesh_file", run.resolve(o.file)
+end
+
+local function finish_arrays(o, who)
+  for _, key in ipairs(FILE_KEYS) do
+    if o[key] ~= nil then
+      check.fail("%s: %s belongs to a mesh from a file%s", who, key, key == "transform" and "; rt.instance places this one" or "")
+    end
+  end
+  check.required(o, { "vertices", "faces" }, who)
+  local vertices, faces = #o.vertices // 3, #o.faces // 3
+  arrays.same_count(o, who, "normals", 3, vertices, "vertices")
+  arrays.same_count(o, who, "uvs", 2, vertices, "vertices")
+  arrays.same_count(o, who, "colors", 3, vertices, "vertices")
+  arrays.same_count(o, who, "materials", 1, faces, "faces")
+  if o.smooth and o.normals then
+    check.fail("%s: smooth makes normals, but normals are given", who)
+  end
+  o.add = "add_mesh"
+end
+
+-- rt.mesh { file = "bunny.ply", smooth = true } or { vertices = ..., faces = ... }
+mesh.mesh = class.new {
+  name = "mesh", kind = "shape", example = [[rt.mesh { file = "bunny.ply" }]],
+  fields = shapes.fields {
+    file = check.string, smooth = check.boolean, smooth_angle = check.number { low = 0, high = 180 }, ignore_materials = check.boolean,
+    transform = transform.field, vertices = arrays.floats(3), faces = arrays.triangles, normals = arrays.floats(3), uvs = arrays.floats(2),
+    colors = arrays.floats(3), materials = arrays.materials,
+  },
+  finish = function(o, _, who)
+    if o.file then
+      finish_file(o, who)
+    else
+      finish_arrays(o, who)
+    end
+  end,
+}
+
+-- rt.polyhedron { vertices = {{x, y, z}, ...}, faces = {{1, 2, 3, 4}, ...} }: faces of any number of corners.
+mesh.polyhedron = class.new {
+  name = "polyhedron", kind = "shape", example = "rt.polyhedron { vertices = {...}, faces = {{1, 2, 3, 4}, ...} }",
+  fields = shapes.fields { vertices = arrays.floats(3), faces = arrays.polygons }, required = { "vertices", "faces" },
+  finish = function(o, _, who)
+    arrays.check_corners(o.faces.indices, #o.vertices // 3, who, "faces")
+    o.add, o.face_sizes, o.indices = "add_polyhedron", o.faces.sizes, o.faces.indices
+  end,
+}
+
+-- Positional items as they stand; scene.lua walks them when the group or instance is added.
+local function positional(t)
+  local items = {}
+  for key, value in next, t do
+    if math.type(key) then
+      items[key] = value
+    end
+  end
+  return items
+end
+
+-- rt.group { object, ... }: a list with a name, and what several instances share.
+mesh.group = class.new {
+  name = "group", kind = "group", example = "rt.group { rt.sphere { ... }, ... }", fields = {}, items = true,
+  finish = function(o, t)
+    o.items = positional(t)
+  end,
+}
+
+-- rt.instance { object or group or scene, transform = rt.translate(0, 1, 0) }
+mesh.instance = class.new {
+  name = "instance", kind = "instance", example = "rt.instance { bunny, transform = rt.translate(0, 1, 0) }",
+  fields = {
+    transform = transform.field, material = material.field, mask = check.integer { low = 0, high = 0xffffffff },
+    user_id = check.integer { low = 0, high = 0xffffffff },
+  },
+  items = true,
+  finish = function(o, t, who)
+    o.items = positional(t)
+    if next(o.items) == nil then
+      check.fail("%s: it places nothing; put an object first, as in rt.instance { bunny, transform = ... }", who)
+    end
+  end,
+}
+
+return mesh

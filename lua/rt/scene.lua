@@ -1,0 +1,442 @@
+-- Scenes: descriptions handed to librt, renders and ray queries.
+
+local core = require "rt.core"
+local check = require "rt.check"
+local class = require "rt.class"
+local items = require "rt.items"
+local job = require "rt.job"
+local log = require "rt.log"
+local run = require "rt.run"
+local settings = require "rt.settings"
+local material = require "rt.material"
+local arrays = require "rt.arrays"
+
+local scene = {}
+local methods = {}
+local meta = { __name = "rt.scene", __index = methods }
+
+local children = setmetatable({}, { __mode = "k" }) -- what instances place -> its scene: placed again, it is the same trees
+
+function scene.is(value)
+  return getmetatable(value) == meta
+end
+
+local function empty(handle)
+  return setmetatable({
+    handle = handle, dirty = true, ids = {}, objects = {}, instances = {}, lights = {}, children = {}, keeps = {}, settings = {},
+    run = run.current(),
+  }, meta)
+end
+
+-- ---- adding ----
+
+-- The id of a texture: a description, or a file's name.
+local function texture_id(self, texture)
+  if texture == nil then
+    return nil
+  end
+  local id = self.ids[texture]
+  if not id then
+    if type(texture) == "string" then
+      id = core.texture_load(self.handle, texture, {})
+    elseif texture.file then
+      id = core.texture_load(self.handle, texture.file, texture)
+    else
+      id = core.texture_image(self.handle, texture.image, texture)
+    end
+    self.ids[texture] = id
+  end
+  return id
+end
+
+-- The id of a material; the same description is one material, none is the default one.
+local function material_id(self, description)
+  if description == nil then
+    return 0
+  end
+  local id = self.ids[description]
+  if not id then
+    id = core.material(self.handle, description, texture_id(self, description.texture), texture_id(self, description.alpha_texture))
+    self.ids[description] = id
+  end
+  return id
+end
+
+-- The description with its list of materials as ids.
+local function with_material_ids(self, description)
+  local ids = {}
+  for i, m in ipairs(description.materials) do
+    ids[i] = material_id(self, m)
+  end
+  return setmetatable({ material_ids = core.buffer("u32", ids) }, { __index = description })
+end
+
+local adders = {}
+
+function adders.shape(self, o)
+  local described = o.materials and with_material_ids(self, o) or o
+  local first, count = core[o.add](self.handle, described, material_id(self, o.material))
+  for id = first, first + (count or 1) - 1 do
+    self.objects[id] = o
+  end
+end
+
+function adders.light(self, o)
+  self.lights[core.add_light(self.handle, o)] = o
+end
+
+-- The scene that an instance places: what stands in it as its one item, or a scene made of its items.
+local function child_of(o)
+  local key, only = next(o.items)
+  if next(o.items, key) ~= nil then
+    only = nil
+  elseif scene.is(only) then
+    return only
+  end
+  key = type(only) == "table" and only or o
+  local child = children[key]
+  if not child then
+    child = empty(core.scene())
+    items.walk(o.items, "rt.instance", function(item, place)
+      local kind = class.kind(item)
+      if kind == "light" or kind == "instance" or scene.is(item) then
+        check.fail("rt.instance: %s is %s; an instance places one scene, or shapes and groups of them", place(), check.describe(item))
+      end
+      scene.add_item(child, item, place)
+    end)
+    children[key] = child
+  end
+  return child
+end
+
+function adders.instance(self, o)
+  local child = child_of(o)
+  local id = core.add_instance(self.handle, o, o.material and material_id(self, o.material), child.handle)
+  self.instances[id] = o
+  if not self.keeps[child] then
+    self.keeps[child] = true
+    self.children[#self.children + 1] = child
+  end
+end
+
+-- One object; place() words where it stands in the user's lists.
+function scene.add_item(self, item, place)
+  local adder = adders[class.kind(item)]
+  if not adder then
+    local hint = scene.is(item) and "; rt.instance { scene } places a scene" or class.kind(item) and "; it has a key of its own" or ""
+    check.fail("rt.scene: %s is %s; an item is an object, a list of items or false%s", place(), check.describe(item), hint)
+  end
+  adder(self, item, place)
+end
+
+-- scene:add(item, ...): more objects, or lists of them. The next render or query sees them.
+function methods.add(self, ...)
+  local list = { ... }
+  for i = 1, select("#", ...) do
+    if list[i] == nil then
+      check.fail("scene:add: argument %d is nil; an item is an object, a list of items or false", i)
+    end
+  end
+  self.dirty = true
+  items.walk(list, "scene:add", function(item, place)
+    scene.add_item(self, item, place)
+  end)
+  log.deliver()
+  return self
+end
+
+-- ---- surroundings and camera ----
+
+local color = check.color()
+
+local function background(value, who, key)
+  if type(value) == "table" and getmetatable(value) == nil or getmetatable(value) and getmetatable(value).__name == "rt.vec" then
+    return color(value, who, key)
+  end
+  return material.texture_field(value, who, key)
+end
+
+local fields = {
+  settings = function(value) return settings.check(value, "rt.scene: settings") end,
+  camera = class.field("camera", "rt.camera { eye = ..., look_at = ... } gives it"),
+  ambient = color, background = background, background_top = color, name = check.string,
+}
+
+function scene.set_world(self, o)
+  if not (o.ambient or o.background or o.background_top) then
+    return
+  end
+  local world, texture = { ambient = o.ambient, background_top = o.background_top }, nil
+  if type(o.background) == "string" or class.kind(o.background) then
+    texture = texture_id(self, o.background)
+  else
+    world.background = o.background
+  end
+  core.set_world(self.handle, world, texture)
+end
+
+-- scene:set_camera(rt.camera { ... }): the camera of renders from now on.
+function methods.set_camera(self, camera)
+  fields.camera(camera, "scene:set_camera", "the argument")
+  core.set_camera(self.handle, camera)
+  self.camera, self.dirty = camera, true
+  return self
+end
+
+-- Without a camera of its own a scene is framed for the image's shape.
+local function frame(self, width, height)
+  local aspect = width / height
+  if not self.camera and not self.read_only and self.framed ~= aspect then
+    core.frame_camera(self.handle, aspect)
+    self.framed, self.dirty = aspect, true
+  end
+end
+
+-- What rt.camera takes for a view of everything finite, for an image of the settings' shape.
+function scene.framing(self)
+  local values = self:effective()
+  core.frame_camera(self.handle, values.width / values.height)
+  local c = core.get_camera(self.handle)
+  return { eye = c.eye, look_at = c.look_at, up = c.up, fov = c.fov }
+end
+
+-- rt.scene { settings = ..., camera = ..., objects ... }
+function scene.new(t)
+  check.plain_table(t, "rt.scene", "rt.scene { camera = ..., objects }")
+  local o = check.fields(t, fields, "rt.scene", true)
+  local self = empty(core.scene())
+  self.settings, self.name = o.settings or {}, o.name
+  if o.camera then
+    self:set_camera(o.camera)
+  end
+  scene.set_world(self, o)
+  local positional = {}
+  for key, value in next, t do
+    if math.type(key) then
+      positional[key] = value
+    end
+  end
+  items.walk(positional, "rt.scene", function(item, place)
+    scene.add_item(self, item, place)
+  end)
+  log.deliver()
+  return self
+end
+
+-- A scene that scene:save has written. It renders and answers queries; it takes no more objects.
+function scene.load_snapshot(path)
+  local self = empty(core.scene_load(run.resolve(check.string(path, "rt.load_snapshot", "the path"))))
+  self.read_only, self.dirty = true, false
+  return self
+end
+
+-- ---- settings ----
+
+-- The settings that hold, and where each comes from ("argument", "command line", "set NAME", "script", "built in").
+function methods.effective(self, arguments)
+  local r, layers = self.run, { { self.settings, "script" } }
+  if r then
+    local set = r.set and r.sets[r.set]
+    if set then
+      layers[#layers + 1] = { set.settings, "set " .. r.set }
+    end
+    layers[#layers + 1] = { r.settings, "command line" }
+  end
+  layers[#layers + 1] = { settings.check(arguments or {}, "scene:effective"), "argument" }
+  return settings.merge(layers)
+end
+
+local render_fields = setmetatable({ progress = check.callable, preview = check.boolean }, { __index = settings.fields })
+for name, field in pairs(settings.fields) do
+  render_fields[name] = field
+end
+
+-- The checked arguments of a render: settings, and the rest.
+local function arguments_of(t, who)
+  t = t or {}
+  check.plain_table(t, who, "scene:render { samples = 4 }")
+  check.keys(t, render_fields, who, "setting")
+  local given, rest = {}, {}
+  for key, value in next, t do
+    if settings.fields[key] then
+      given[key] = value
+    else
+      rest[key] = render_fields[key](value, who, key)
+    end
+  end
+  return settings.check(given, who), rest
+end
+
+-- ---- committing, rendering ----
+
+local COMMIT = {}
+for _, row in ipairs(settings.list) do
+  COMMIT[#COMMIT + 1] = row.commit and row.name or nil
+end
+
+-- Commits what has changed since, children first; returns whether there was something.
+local function commit(self, values)
+  if self.read_only then
+    return false
+  end
+  local wanted, key = {}, {}
+  for i, name in ipairs(COMMIT) do
+    wanted[name] = values[name]
+    key[i] = tostring(values[name])
+  end
+  key = table.concat(key, "\0")
+  for _, child in ipairs(self.children) do
+    self.dirty = commit(child, values) or self.dirty
+  end
+  if self.dirty or self.committed ~= key then
+    core.scene_commit(self.handle, wanted)
+    self.dirty, self.committed = false, key
+    log.deliver()
+    return true
+  end
+  return false
+end
+
+-- Makes the trees now, with the settings that hold; renders and queries do it when needed.
+function methods.commit(self)
+  commit(self, (self:effective()))
+  return self
+end
+
+local function start(self, t, who)
+  local given, rest = arguments_of(t, who)
+  local values = self:effective(given)
+  frame(self, values.width, values.height)
+  commit(self, values)
+  values.preview = rest.preview
+  local started = job.new(core.job_start(self.handle, values), self)
+  started.settings = values
+  return started, rest
+end
+
+-- scene:start { samples = 4, preview = true, ... }: a job.
+function methods.start(self, t)
+  return (start(self, t, "scene:start"))
+end
+
+-- scene:render { samples = 4, progress = function(done, job) end, ... }: the image.
+function methods.render(self, t)
+  local started <close>, rest = start(self, t, "scene:render")
+  local state = started:wait(nil, rest.progress)
+  if state ~= "done" then
+    check.fail("the render was cancelled")
+  end
+  return started:image(), started:stats()
+end
+
+-- rt.render(scene, { samples = 4 }) is scene:render { samples = 4 }.
+function scene.render(self, t)
+  if not scene.is(self) then
+    check.fail("rt.render: the first argument must be a scene; got %s", check.describe(self))
+  end
+  return self:render(t)
+end
+
+-- Bytes that a render would take beside the scene.
+function methods.memory(self, t)
+  local values = self:effective((arguments_of(t, "scene:memory")))
+  frame(self, values.width, values.height)
+  commit(self, values)
+  return core.render_memory(self.handle, values)
+end
+
+-- ---- queries ----
+
+local function name_hit(self, hit)
+  if hit then
+    local object = hit.inst_id and self.instances[hit.inst_id] or not hit.inst_id and self.objects[hit.geom_id] or nil
+    hit.object, hit.name = object, object and object.name
+  end
+  return hit
+end
+
+local ray_fields = {
+  org = check.vec3, dir = check.direction, tmin = check.number { low = 0 },
+  tmax = function(value, who, key)
+    return value == math.huge and value or check.number { low = 0 }(value, who, key)
+  end,
+  mask = check.integer { low = 0, high = 0xffffffff },
+}
+
+local function ray_of(ray, who)
+  check.plain_table(ray, who, "{ org = {0, 0, 5}, dir = {0, 0, -1} } or a buffer of rays")
+  local checked = check.fields(ray, ray_fields, who)
+  check.required(checked, { "org", "dir" }, who)
+  return checked
+end
+
+-- The closest hit of a ray { org, dir, tmin, tmax, mask } as a table, nil on a miss. A buffer of rays (f32, eight numbers a ray: org, tmin,
+-- dir, tmax) gives a table of buffers t, u, v, prim_id, geom_id, inst_id, where a miss has prim_id 0xffffffff.
+function methods.intersect(self, ray)
+  self:commit()
+  if arrays.is_buffer(ray) then
+    return core.intersect_buffer(self.handle, ray)
+  end
+  return name_hit(self, core.intersect(self.handle, ray_of(ray, "scene:intersect")))
+end
+
+-- All hits along a ray in their order, `most` (1024) at most.
+function methods.intersect_all(self, ray, most)
+  self:commit()
+  local hits = core.intersect_all(self.handle, ray_of(ray, "scene:intersect_all"), most)
+  for _, hit in ipairs(hits) do
+    name_hit(self, hit)
+  end
+  return hits
+end
+
+-- Is anything in the way? A buffer of rays gives a buffer of u8, 1 or 0.
+function methods.occluded(self, ray)
+  self:commit()
+  if arrays.is_buffer(ray) then
+    return core.occluded_buffer(self.handle, ray)
+  end
+  return core.occluded(self.handle, ray_of(ray, "scene:occluded"))
+end
+
+-- ---- facts ----
+
+-- Counts, bytes and trees.
+function methods.info(self)
+  self:commit()
+  return core.scene_info(self.handle)
+end
+
+-- Hash of all that can change a picture.
+function methods.hash(self)
+  self:commit()
+  return core.scene_hash(self.handle)
+end
+
+-- Corners of the box around everything finite; nil when there is nothing.
+function methods.bounds(self)
+  return core.scene_bounds(self.handle)
+end
+
+-- The camera as it stands: of the description, or framed for the last image.
+function methods.get_camera(self)
+  return core.get_camera(self.handle)
+end
+
+-- scene:save "x.rts": the committed scene as one file for rt.load_snapshot.
+function methods.save(self, path)
+  self:commit()
+  core.scene_save(self.handle, check.string(path, "scene:save", "the path"))
+  return self
+end
+
+function methods.release(self)
+  self.handle:release()
+end
+meta.__close = methods.release
+
+function meta.__tostring(self)
+  return self.name and "rt.scene '" .. self.name .. "'" or "rt.scene"
+end
+
+return scene

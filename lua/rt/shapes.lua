@@ -1,0 +1,94 @@
+-- The shapes of few numbers.
+
+local check = require "rt.check"
+local class = require "rt.class"
+local material = require "rt.material"
+local arrays = require "rt.arrays"
+
+local shapes = {}
+
+local U32 = check.integer { low = 0, high = 0xffffffff }
+
+-- The fields that every shape has, and its own.
+function shapes.fields(own)
+  local fields = { material = material.field, mask = U32, user_id = U32, uv_transform = check.numbers(6) }
+  for key, field in pairs(own) do
+    fields[key] = field
+  end
+  return fields
+end
+
+local function new(name, example, required, own, finish)
+  return (class.new {
+    name = name, kind = "shape", example = example, fields = shapes.fields(own), required = required,
+    finish = function(o, t, who)
+      o.add = "add_" .. name
+      if finish then
+        finish(o, t, who)
+      end
+    end,
+  })
+end
+
+local positive, not_negative = check.number { above = 0 }, check.number { low = 0 }
+
+local function distinct(a, b)
+  return function(o, _, who)
+    if o[a] == o[b] then
+      check.fail("%s: %s and %s are the same point", who, a, b)
+    end
+  end
+end
+
+shapes.sphere = new("sphere", "rt.sphere { center = {0, 1, 0}, radius = 1 }", { "center", "radius" }, { center = check.vec3, radius = positive })
+
+shapes.plane = new("plane", "rt.plane { point = {0, 0, 0}, normal = {0, 1, 0} }", { "point", "normal" }, {
+  point = check.vec3, normal = check.direction, u_axis = check.direction, texture_size = positive, texture_height = positive,
+})
+
+shapes.box = new("box", "rt.box { low = {-1, 0, -1}, high = {1, 2, 1} }", { "low", "high" }, { low = check.vec3, high = check.vec3 },
+  function(o, _, who)
+    for i, axis in ipairs { "x", "y", "z" } do
+      if o.low[i] >= o.high[i] then
+        check.fail("%s: low must be below high on each axis; %s goes from %s to %s", who, axis, tostring(o.low[i]), tostring(o.high[i]))
+      end
+    end
+  end)
+
+shapes.cylinder = new("cylinder", "rt.cylinder { from = {0, 0, 0}, to = {0, 2, 0}, radius = 1 }", { "from", "to", "radius" }, {
+  from = check.vec3, to = check.vec3, radius = positive,
+}, distinct("from", "to"))
+
+-- A cone from its base to its tip, or a frustum when `to_radius` is given.
+shapes.cone = new("cone", "rt.cone { from = {0, 0, 0}, to = {0, 2, 0}, radius = 1 }", { "from", "to", "radius" }, {
+  from = check.vec3, to = check.vec3, radius = not_negative, to_radius = not_negative,
+}, function(o, t, who)
+  distinct("from", "to")(o, t, who)
+  o.to_radius = o.to_radius or 0
+  if o.radius == 0 and o.to_radius == 0 then
+    check.fail("%s: radius and to_radius are both 0", who)
+  end
+end)
+
+shapes.torus = new("torus", "rt.torus { center = {0, 1, 0}, axis = {0, 1, 0}, major_radius = 2, minor_radius = 0.5 }",
+  { "center", "axis", "major_radius", "minor_radius" }, {
+    center = check.vec3, axis = check.direction, major_radius = positive, minor_radius = positive,
+  }, function(o, _, who)
+    if o.minor_radius >= o.major_radius then
+      check.fail("%s: minor_radius must be less than major_radius; got %s and %s", who, tostring(o.minor_radius), tostring(o.major_radius))
+    end
+  end)
+
+shapes.spheres = new("spheres", "rt.spheres { centers = buffer, radii = buffer }", { "centers" }, {
+  centers = arrays.floats(3), radii = arrays.floats(1), radius = positive, colors = arrays.floats(3), materials = arrays.materials,
+}, function(o, _, who)
+  if (o.radii == nil) == (o.radius == nil) then
+    check.fail("%s: give either radii, one a sphere, or radius, one for all", who)
+  end
+  local count = #o.centers // 3
+  arrays.same_count(o, who, "radii", 1, count, "centers")
+  arrays.same_count(o, who, "colors", 3, count, "centers")
+  arrays.same_count(o, who, "materials", 1, count, "centers")
+end)
+
+return shapes
