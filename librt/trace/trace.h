@@ -6,10 +6,11 @@
 #include "../kernel/blocks.h"
 #include "../kernel/snapshot.h"
 
-#define RTI_TRACE_COHERENT 1u      /* rays of a tile's camera or towards one point: packets pay */
+#define RTI_TRACE_COHERENT      1u /* rays of a tile's camera or towards one point: packets pay */
 #define RTI_TRACE_COMMON_ORIGIN 2u /* all rays of the batch start at one point */
-/* The hit blocks hold, on input, the last hit of each ray (prim RTK_INVALID: none): the answer is the next one in the order of hits
- * (t, instance, geometry, primitive), equal t included. This is how multi-hit and tinted shadows step. A closed shape gives all its roots. */
+/* The hit blocks hold, on input, the last hit of each ray (prim RTK_INVALID: none): the answer is the next one in the order of
+ * hits (t, instance, geometry, primitive), equal t included. This is how multi-hit and tinted shadows step. A closed shape gives
+ * all its roots. */
 #define RTI_TRACE_AFTER 4u
 #define RTI_TRACE_STEPS 8u /* scratch->steps: per ray, nodes visited + primitives tested (the tree-cost layer) */
 
@@ -27,7 +28,8 @@ typedef struct rti_tracer {
     const char *help;
     uint32_t tree;  /* RTK_TREE_* it walks; NONE: no tree needed */
     uint32_t width; /* rays handled together */
-    /* Closest hit of rays [0, count) in rays[(count + 15) / 16]. Writes every hit. Blocks are 64-byte aligned. Lanes behind count are ignored. */
+    /* Closest hit of rays [0, count) in rays[(count + 15) / 16]. Writes every hit. Blocks are 64-byte aligned. Lanes behind count
+     * are ignored. */
     void (*intersect)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint32_t count, uint32_t flags,
                       rti_scratch *scratch);
     /* Any hit: bit i % 16 of occluded[i / 16] says that ray i hits something in (tmin, tmax). */

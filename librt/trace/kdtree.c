@@ -1,0 +1,7 @@
+/* The kd-tree with a full stack, one ray at a time. */
+#include "../kernel/kd.h"
+#define RTI_TRACER_NAME kdtree
+#define RTK_WALK_INL    "../kernel/kd_stack.inl"
+#define RTK_TREE        kdtree
+#define RTK_TOP_TREE    top_kdtree
+#include "single.inl"

@@ -1,0 +1,44 @@
+/* Scenes made by hand for the tests of tracers: what the scene floor makes from a description, without it. */
+#ifndef TEST_WORLD_H
+#define TEST_WORLD_H
+
+#include "mesh.h"
+#include "trace/trace.h"
+
+#define TEST_GROUPS 8
+
+typedef struct test_group {
+    test_mesh mesh;
+    rtk_shape *shapes, *planes;
+    rtk_geom *geoms;
+    uint32_t shape_count, plane_count, geom_count;
+    float (*boxes)[6]; /* of the shapes */
+    void *chunks[2];   /* kd-tree, octree */
+    size_t sizes[2];
+} test_group;
+
+typedef struct test_world {
+    rt_context *ctx;
+    test_group parts[TEST_GROUPS];
+    rtk_group groups[TEST_GROUPS];
+    rtk_instance *instances;
+    uint32_t *unbounded;
+    void *top_chunks[2];
+    size_t top_sizes[2];
+    rtk_scene scene;
+} test_world;
+
+/* Group 0 is the scene's own. */
+void test_world_init(test_world *w, rt_context *ctx);
+uint32_t test_world_group(test_world *w);
+/* Each add is one geometry. The mesh's triangles are copied. */
+void test_world_mesh(test_world *w, uint32_t group, const test_mesh *mesh, uint32_t mask);
+void test_world_shapes(test_world *w, uint32_t group, const rtk_shape *shapes, uint32_t count, uint32_t mask);
+void test_world_plane(test_world *w, uint32_t group, const float point[3], const float normal[3], uint32_t mask);
+/* m: rows of a 3x4 map to the world. */
+void test_world_instance(test_world *w, uint32_t group, const float m[12], uint32_t mask);
+/* Bounds and trees (kd by the given settings; octree by its defaults). */
+rt_status test_world_commit(test_world *w, const rti_build_settings *kd);
+void test_world_free(test_world *w);
+
+#endif

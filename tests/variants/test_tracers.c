@@ -1,0 +1,435 @@
+/* Every tracer of the table against brute force, bit for bit: closest hit, any hit, and stepping from hit to hit.
+ *
+ * LIBRT_RAYS: rays a scene (100,000); LIBRT_FULL=1: ten million. Real meshes, where brute force costs 70,000 tests a ray, get a
+ * hundredth of that against brute force, and all of it against the kd-tree. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "support/rays.h"
+
+#define BATCH 1024u
+#define STEPS 6 /* hits a ray steps through */
+
+typedef struct batch {
+    rtk_trace_block rays[BATCH / RTK_BLOCK];
+    rtk_hit_block hits[BATCH / RTK_BLOCK], other[BATCH / RTK_BLOCK], next[BATCH / RTK_BLOCK];
+    uint16_t occluded[BATCH / RTK_BLOCK], occluded_other[BATCH / RTK_BLOCK];
+    int kinds[BATCH];
+} batch;
+
+static uint64_t ray_count(void)
+{
+    const char *n = getenv("LIBRT_RAYS"), *full = getenv("LIBRT_FULL");
+    return n ? strtoull(n, NULL, 10) : (full && full[0] == '1' ? 10000000u : 100000u);
+}
+
+static void fill(batch *b, const test_targets *t, test_rng *rng)
+{
+    for (uint32_t i = 0; i < BATCH; i++) {
+        rtk_trace_block *r = &b->rays[i / RTK_BLOCK];
+        uint32_t k = i % RTK_BLOCK;
+        b->kinds[i] = (int)(i % TEST_RAY_KINDS);
+        rtk_ray ray = test_ray(t, rng, b->kinds[i]);
+        r->ox[k] = ray.org.x;
+        r->oy[k] = ray.org.y;
+        r->oz[k] = ray.org.z;
+        r->dx[k] = ray.dir.x;
+        r->dy[k] = ray.dir.y;
+        r->dz[k] = ray.dir.z;
+        r->tmin[k] = ray.tmin;
+        r->tmax[k] = ray.tmax;
+        r->mask[k] = ray.mask;
+    }
+}
+
+static void same_hits(const batch *b, const char *what, const char *name, const rtk_hit_block *x, const rtk_hit_block *y)
+{
+    if (memcmp(x, y, sizeof b->hits) == 0)
+        return;
+    for (uint32_t i = 0; i < BATCH; i++) {
+        const rtk_hit_block *p = &x[i / RTK_BLOCK], *q = &y[i / RTK_BLOCK];
+        const rtk_trace_block *r = &b->rays[i / RTK_BLOCK];
+        uint32_t k = i % RTK_BLOCK;
+        if (p->t[k] == q->t[k] && p->prim[k] == q->prim[k] && p->geom[k] == q->geom[k] && p->inst[k] == q->inst[k] &&
+            p->u[k] == q->u[k] && p->v[k] == q->v[k])
+            continue;
+        fail_msg("%s, %s: ray %u (kind %d) org %a %a %a dir %a %a %a range %a %a mask %x: brute t %a prim %u geom %u inst %u, "
+                 "here t %a prim "
+                 "%u geom %u inst %u",
+                 what, name, i, b->kinds[i], r->ox[k], r->oy[k], r->oz[k], r->dx[k], r->dy[k], r->dz[k], r->tmin[k], r->tmax[k],
+                 r->mask[k], p->t[k], p->prim[k], p->geom[k], p->inst[k], q->t[k], q->prim[k], q->geom[k], q->inst[k]);
+    }
+    fail_msg("%s, %s: hits differ in bits only (a NaN or a zero's sign)", what, name);
+}
+
+/* The judge's answers against one tracer's, for the batch's rays. */
+static void compare(batch *b, const rtk_scene *s, const rti_tracer *judge, const rti_tracer *tracer, const char *what)
+{
+    rti_scratch scratch = {0};
+    judge->intersect(s, b->rays, b->hits, BATCH, 0, &scratch);
+    tracer->intersect(s, b->rays, b->other, BATCH, 0, &scratch);
+    same_hits(b, what, tracer->name, b->hits, b->other);
+    judge->occluded(s, b->rays, b->occluded, BATCH, 0, &scratch);
+    tracer->occluded(s, b->rays, b->occluded_other, BATCH, 0, &scratch);
+    for (uint32_t i = 0; i < BATCH; i++) {
+        unsigned hit = b->hits[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;
+        if ((b->occluded[i / RTK_BLOCK] >> i % RTK_BLOCK & 1u) != hit ||
+            (b->occluded_other[i / RTK_BLOCK] >> i % RTK_BLOCK & 1u) != hit)
+            fail_msg("%s, %s: ray %u (kind %d): any hit and closest hit disagree", what, tracer->name, i, b->kinds[i]);
+    }
+    for (int step = 0; step < STEPS; step++) {
+        memcpy(b->next, b->hits, sizeof b->hits);
+        memcpy(b->other, b->hits, sizeof b->hits);
+        judge->intersect(s, b->rays, b->next, BATCH, RTI_TRACE_AFTER, &scratch);
+        tracer->intersect(s, b->rays, b->other, BATCH, RTI_TRACE_AFTER | RTI_TRACE_STEPS, &scratch);
+        same_hits(b, what, tracer->name, b->next, b->other);
+        memcpy(b->hits, b->next, sizeof b->hits);
+        for (uint32_t i = 0; i < BATCH; i++) /* a ray that has run out of hits begins again */
+            if (b->hits[i / RTK_BLOCK].prim[i % RTK_BLOCK] == RTK_INVALID)
+                b->hits[i / RTK_BLOCK].t[i % RTK_BLOCK] = 0.0f;
+    }
+}
+
+/* Every tracer against the judge over `count` rays. */
+static void sweep(const test_world *w, const rti_tracer *judge, uint64_t count, const char *what)
+{
+    static batch b;
+    test_targets t;
+    test_rng rng = {0x1234567};
+    uint64_t hits = 0, done = 0;
+    test_targets_init(&t, w);
+    for (; done < count; done += BATCH) {
+        fill(&b, &t, &rng);
+        for (uint32_t i = 0; i < rti_tracer_count(); i++)
+            if (rti_tracer_at(i) != judge && rti_tracer_at(i)->tree != RTK_TREE_NONE)
+                compare(&b, &w->scene, judge, rti_tracer_at(i), what);
+        judge->intersect(&w->scene, b.rays, b.hits, BATCH, 0, &(rti_scratch){0});
+        for (uint32_t i = 0; i < BATCH; i++)
+            hits += b.hits[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;
+    }
+    test_targets_free(&t);
+    if (hits * 10 < done)
+        fail_msg("%s: only %llu of %llu rays hit: the test tests little", what, (unsigned long long)hits,
+                 (unsigned long long)done);
+}
+
+static rt_context *context(void)
+{
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    d.workers = 1;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    return ctx;
+}
+
+static void random_vertex(test_rng *r, const float at[3], float size, float out[3])
+{
+    for (int a = 0; a < 3; a++)
+        out[a] = at[a] + test_range(r, -size, size);
+}
+
+static void soup(test_mesh *m, uint32_t count, float size, uint64_t seed)
+{
+    test_rng r = {seed};
+    for (uint32_t i = 0; i < count; i++) {
+        float at[3], v[3][3];
+        random_vertex(&r, (const float[3]){0, 0, 0}, 1.0f, at);
+        for (int k = 0; k < 3; k++)
+            random_vertex(&r, at, size, v[k]);
+        test_mesh_add(m, v[0], v[1], v[2]);
+    }
+}
+
+/* Long thin triangles, some of no area. */
+static void slivers(test_mesh *m, uint32_t count)
+{
+    test_rng r = {77};
+    for (uint32_t i = 0; i < count; i++) {
+        float a[3], b[3], c[3], thin = powf(10.0f, test_range(&r, -8.0f, -2.0f));
+        random_vertex(&r, (const float[3]){0, 0, 0}, 1.0f, a);
+        random_vertex(&r, (const float[3]){0, 0, 0}, 1.0f, b);
+        for (int k = 0; k < 3; k++)
+            c[k] = 0.5f * (a[k] + b[k]) + test_range(&r, -thin, thin);
+        test_mesh_add(m, a, b, i % 10 == 0 ? a : c);
+    }
+}
+
+/* Walls, floors and steps on a lattice, each of two triangles, some twice: coplanar neighbours, equal t. */
+static void lattice(test_mesh *m, int n)
+{
+    for (int axis = 0; axis < 3; axis++)
+        for (int i = 0; i < n; i++)
+            for (int j = 0; j < n; j++)
+                for (int k = 0; k < (j % 3 == 0 ? 2 : 1); k++) {
+                    float p[4][3];
+                    int b = (axis + 1) % 3, c = (axis + 2) % 3;
+                    for (int q = 0; q < 4; q++) {
+                        p[q][axis] = 0.1f * (float)((i * 7 + j * 3) % n);
+                        p[q][b] = 0.1f * (float)(i + (q & 1));
+                        p[q][c] = 0.1f * (float)(j + (q >> 1));
+                    }
+                    test_mesh_add(m, p[0], p[1], p[3]);
+                    test_mesh_add(m, p[0], p[3], p[2]);
+                }
+}
+
+/* Boxes around boxes, each 0.9 of the last. */
+static void nested(test_mesh *m, int n)
+{
+    float s = 1.0f;
+    for (int i = 0; i < n; i++, s *= 0.9f)
+        for (int axis = 0; axis < 3; axis++)
+            for (int side = -1; side <= 1; side += 2) {
+                float p[4][3];
+                for (int q = 0; q < 4; q++) {
+                    p[q][axis] = s * (float)side;
+                    p[q][(axis + 1) % 3] = q & 1 ? s : -s;
+                    p[q][(axis + 2) % 3] = q & 2 ? s : -s;
+                }
+                test_mesh_add(m, p[0], p[1], p[3]);
+                test_mesh_add(m, p[0], p[3], p[2]);
+            }
+}
+
+static uint32_t all_shapes(rtk_shape *out, uint32_t count, uint64_t seed)
+{
+    test_rng r = {seed};
+    memset(out, 0, count * sizeof *out);
+    for (uint32_t i = 0; i < count; i++) {
+        float a[3], b[3], s = test_range(&r, 0.05f, 0.3f);
+        random_vertex(&r, (const float[3]){0, 0, 0}, 1.0f, a);
+        random_vertex(&r, a, s * 2.0f, b);
+        out[i].type = i % RTK_SHAPE_PLANE;
+        memcpy(out[i].p, a, sizeof a);
+        out[i].p[3] = s;
+        memcpy(out[i].p + 4, b, sizeof b);
+        if (out[i].type == RTK_SHAPE_BOX)
+            for (int k = 0; k < 3; k++) {
+                out[i].p[k] = fminf(a[k], b[k]);
+                out[i].p[k + 3] = fmaxf(a[k], b[k]);
+            }
+        if (out[i].type == RTK_SHAPE_CONE)
+            out[i].p[7] = i % 2 ? 0.0f : 0.5f * s;
+        if (out[i].type == RTK_SHAPE_TORUS) {
+            rtk_vec3 n = rtk_unit(rtk_v3(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
+            out[i].p[4] = n.x;
+            out[i].p[5] = n.y;
+            out[i].p[6] = n.z;
+            out[i].p[7] = 0.3f * s;
+        }
+    }
+    return count;
+}
+
+/* A map with rotation, unequal scale and translation. */
+static void random_map(test_rng *r, float spread, float scale, float m[12])
+{
+    rtk_vec3 x = rtk_unit(rtk_v3(test_range(r, -1, 1), test_range(r, -1, 1), test_range(r, -1, 1)));
+    rtk_vec3 y = rtk_unit(rtk_cross3(x, rtk_v3(test_range(r, -1, 1), test_range(r, -1, 1), test_range(r, -1, 1))));
+    rtk_vec3 z = rtk_cross3(x, y);
+    float s[3];
+    for (int k = 0; k < 3; k++)
+        s[k] = scale * powf(10.0f, test_range(r, -0.7f, 0.7f));
+    float rows[12] = {x.x * s[0], y.x * s[1], z.x * s[2], test_range(r, -spread, spread),
+                      x.y * s[0], y.y * s[1], z.y * s[2], test_range(r, -spread, spread),
+                      x.z * s[0], y.z * s[1], z.z * s[2], test_range(r, -spread, spread)};
+    memcpy(m, rows, sizeof rows);
+}
+
+/* One mesh as the whole scene, by both kd builders, for rays against brute force. */
+static void sweep_mesh(test_mesh *m, float scale, float move, uint64_t count, const char *what)
+{
+    rt_context *ctx = context();
+    test_mesh_place(m, scale, move);
+    for (uint32_t builder = RTI_BUILD_KD_EXACT; builder <= RTI_BUILD_KD_BINNED; builder++) {
+        test_world w;
+        test_world_init(&w, ctx);
+        test_world_mesh(&w, 0, m, 0xffffffffu);
+        assert_int_equal(test_world_commit(&w, &(rti_build_settings){.builder = builder}), RT_OK);
+        sweep(&w, rti_tracer_find("brute"), count, what);
+        test_world_free(&w);
+    }
+    test_mesh_free(m);
+    rt_context_destroy(ctx);
+}
+
+static void test_soup(void **state)
+{
+    test_mesh m = {0};
+    (void)state;
+    soup(&m, 800, 0.2f, 5);
+    soup(&m, 8, 3.0f, 6);
+    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), "soup");
+}
+
+static void test_slivers(void **state)
+{
+    test_mesh m = {0};
+    (void)state;
+    slivers(&m, 600);
+    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), "slivers");
+}
+
+static void test_lattice(void **state)
+{
+    test_mesh m = {0};
+    (void)state;
+    lattice(&m, 10);
+    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), "lattice");
+}
+
+static void test_nested(void **state)
+{
+    test_mesh m = {0};
+    (void)state;
+    nested(&m, 40);
+    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), "nested boxes");
+}
+
+/* The promises table's scales and moves; extents are about 2. */
+static void test_scaled_and_moved(void **state)
+{
+    static const float places[][2] = {{1.0e-3f, 0.0f}, {1.0e6f, 0.0f}, {1.0f, 2.0e4f}, {1.0e-3f, 20.0f}, {1.0e6f, -2.0e10f}};
+    (void)state;
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
+        test_mesh m = {0};
+        soup(&m, 300, 0.2f, 9);
+        lattice(&m, 5);
+        sweep_mesh(&m, places[i][0], places[i][1], ray_count() / 4, "soup and lattice, scaled and moved");
+    }
+}
+
+static void test_shapes(void **state)
+{
+    rt_context *ctx = context();
+    test_world w;
+    rtk_shape shapes[200];
+    test_mesh m = {0};
+    (void)state;
+    test_world_init(&w, ctx);
+    soup(&m, 100, 0.3f, 11);
+    test_world_mesh(&w, 0, &m, 3);
+    test_world_shapes(&w, 0, shapes, all_shapes(shapes, 100, 12), 0xfffffffdu);
+    test_world_plane(&w, 0, (const float[3]){0, -0.5f, 0}, (const float[3]){0.1f, 1, 0.2f}, 4);
+    test_world_shapes(&w, 0, shapes, all_shapes(shapes, 100, 13), 5);
+    assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+    sweep(&w, rti_tracer_find("brute"), ray_count(), "shapes, masks, a plane");
+    test_world_free(&w);
+    test_mesh_free(&m);
+    rt_context_destroy(ctx);
+}
+
+static void sweep_instances(float spread, float scale, const char *what)
+{
+    rt_context *ctx = context();
+    test_world w;
+    test_mesh m = {0}, n = {0};
+    rtk_shape shapes[20];
+    test_rng r = {99};
+    float map[12];
+    test_world_init(&w, ctx);
+    soup(&m, 60, 0.4f, 21);
+    lattice(&n, 3);
+    test_world_mesh(&w, 0, &n, 0xffffffffu);
+    uint32_t a = test_world_group(&w), b = test_world_group(&w), c = test_world_group(&w);
+    test_world_mesh(&w, a, &m, 0xffffffffu);
+    test_world_shapes(&w, b, shapes, all_shapes(shapes, 20, 22), 7);
+    test_world_mesh(&w, b, &n, 0xffffffffu);
+    test_world_mesh(&w, c, &n, 0xffffffffu);
+    test_world_plane(&w, c, (const float[3]){0, 0, 0}, (const float[3]){1, 2, 3}, 2);
+    for (int i = 0; i < 24; i++) {
+        random_map(&r, spread, scale, map);
+        test_world_instance(&w, i % 8 == 7 ? c : (i % 2 ? a : b), map, i % 5 == 4 ? 2u : 0xffffffffu);
+        if (i % 6 == 5) /* the same again: equal t, the instance decides */
+            test_world_instance(&w, i % 8 == 7 ? c : (i % 2 ? a : b), map, 0xffffffffu);
+    }
+    assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+    sweep(&w, rti_tracer_find("brute"), ray_count(), what);
+    test_world_free(&w);
+    test_mesh_free(&m);
+    test_mesh_free(&n);
+    rt_context_destroy(ctx);
+}
+
+static void test_instances(void **state)
+{
+    (void)state;
+    sweep_instances(2.0f, 0.5f, "instances");
+    sweep_instances(100.0f, 3.0f, "instances far apart");
+    sweep_instances(0.01f, 0.002f, "small instances");
+}
+
+static void test_meshes(void **state)
+{
+    static const char *const names[] = {"bunny", "sponza", "sibenik"};
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        rt_context *ctx = context();
+        test_world w;
+        test_mesh m;
+        if (!test_mesh_load(&m, names[i])) {
+            print_message("%s: not there, left out\n", names[i]);
+            rt_context_destroy(ctx);
+            continue;
+        }
+        test_world_init(&w, ctx);
+        test_world_mesh(&w, 0, &m, 0xffffffffu);
+        assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+        sweep(&w, rti_tracer_find("kdtree"), ray_count(), names[i]);
+        sweep(&w, rti_tracer_find("brute"), ray_count() / 100, names[i]);
+        test_world_free(&w);
+        test_mesh_free(&m);
+        rt_context_destroy(ctx);
+    }
+}
+
+static void test_nothing(void **state)
+{
+    rt_context *ctx = context();
+    test_world w;
+    batch *b = calloc(1, sizeof *b);
+    test_mesh m = {0};
+    test_targets t;
+    test_rng rng = {3};
+    (void)state;
+    soup(&m, 3, 1.0f, 1);
+    test_world_init(&w, ctx);
+    test_world_mesh(&w, 0, &m, 1);
+    assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+    test_targets_init(&t, &w);
+    fill(b, &t, &rng);
+    test_world_free(&w);
+    test_world_init(&w, ctx);
+    assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+    for (uint32_t i = 0; i < rti_tracer_count(); i++) {
+        rti_scratch scratch = {0};
+        rti_tracer_at(i)->intersect(&w.scene, b->rays, b->hits, BATCH, 0, &scratch);
+        rti_tracer_at(i)->occluded(&w.scene, b->rays, b->occluded, BATCH, 0, &scratch);
+        for (uint32_t k = 0; k < BATCH; k++) {
+            assert_int_equal(b->hits[k / RTK_BLOCK].prim[k % RTK_BLOCK], RTK_INVALID);
+            assert_true(b->hits[k / RTK_BLOCK].t[k % RTK_BLOCK] == b->rays[k / RTK_BLOCK].tmax[k % RTK_BLOCK]);
+            assert_int_equal(b->occluded[k / RTK_BLOCK], 0);
+        }
+    }
+    test_targets_free(&t);
+    test_world_free(&w);
+    test_mesh_free(&m);
+    free(b);
+    rt_context_destroy(ctx);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_nothing), cmocka_unit_test(test_soup),      cmocka_unit_test(test_slivers),
+        cmocka_unit_test(test_lattice), cmocka_unit_test(test_nested),    cmocka_unit_test(test_scaled_and_moved),
+        cmocka_unit_test(test_shapes),  cmocka_unit_test(test_instances), cmocka_unit_test(test_meshes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
