@@ -31,7 +31,7 @@ RTK_COLD float rtk_reduce_far(float x, rtk_u32 *quadrant)
     rtk_u64 m = rtk_significand(x, &e), hi, product;
     rtk_u32 at, word, shift, low;
     rtk_i64 fraction;
-    float r;
+    float r, top;
     /* x = m 2^(e - 150). The window's first bit has weight 2^1 after the multiplication: bit e - 152 after the point (from 0). */
     at = (rtk_u32)(e - 152 + 64);
     word = at >> 5;
@@ -45,7 +45,9 @@ RTK_COLD float rtk_reduce_far(float x, rtk_u32 *quadrant)
     product = m * hi + ((m * low) >> 32);
     *quadrant = (rtk_u32)((product + ((rtk_u64)1 << 61)) >> 62) & 3u;
     fraction = (rtk_i64)(product - ((rtk_u64)*quadrant << 62));
-    r = (float)fraction * 2.16840434e-19f * RTK_HALF_PI;
+    top = (float)fraction;
+    r = rtk_ff_mul(rtk_ff_make(top, (float)(fraction - (rtk_i64)top)), rtk_ff_make(RTK_HALF_PI, RTK_HALF_PI_LO)).hi *
+        2.16840434e-19f;
     if (x < 0.0f) {
         r = -r;
         *quadrant = (4u - *quadrant) & 3u;
@@ -131,8 +133,9 @@ RTK_FN float rtk_tan(float x)
 RTK_FN float rtk_atan_part(float a, float b)
 {
     float base = 0.0f, base_lo = 0.0f, q, z;
-    if (a > 0.414213562f * b) { /* atan(q) = pi/4 + atan((q - 1) / (q + 1)); both scaled, their sum must not overflow */
-        q = (0.5f * a - 0.5f * b) / (0.5f * a + 0.5f * b);
+    if (a > 0.414213562f * b) { /* atan(q) = pi/4 + atan((q - 1) / (q + 1)); large ones halved, their sum must not overflow */
+        float k = b > 1.0f ? 0.5f : 1.0f;
+        q = (k * a - k * b) / (k * a + k * b);
         base = 0.785398185f;
         base_lo = -2.18556941e-08f;
     } else {
