@@ -14,7 +14,6 @@ function run.new(path, options)
     set = options and options.set,                     -- name of the chosen set
     settings = options and options.settings or {},     -- what the command line sets
     params = {}, sets = {}, used = {},
-    files = {}, -- what the script named or required, besides itself
   }
 end
 
@@ -25,10 +24,7 @@ end
 -- A file name in a script is relative to the script.
 function run.resolve(name)
   if current and name:sub(1, 1) ~= "/" and name ~= "-" then
-    name = current.folder .. name
-  end
-  if current then
-    current.files[#current.files + 1] = name
+    return current.folder .. name
   end
   return name
 end
@@ -50,10 +46,8 @@ function run.call(r, f, ...)
   local results = table.pack(pcall(f, ...))
   current, package.path = before_run, before_path
   for name in next, package.loaded do
-    local file = type(name) == "string" and not loaded[name] and not package.preload[name] and package.searchpath(name, own)
-    if file then
+    if type(name) == "string" and not loaded[name] and not package.preload[name] and package.searchpath(name, own) then
       package.loaded[name] = nil
-      r.files[#r.files + 1] = file
     end
   end
   if not results[1] then

@@ -1,0 +1,166 @@
+/* The cache is weak: a chunk leaves it with its last user. */
+#include "chunk.h"
+
+#include <pthread.h>
+#include <string.h>
+
+#define BUCKETS 256u
+
+typedef struct cache {
+    pthread_mutex_t lock;
+    rti_chunk *bucket[BUCKETS];
+} cache;
+
+static void cache_end(rt_context *ctx, void *data)
+{
+    cache *c = data;
+    pthread_mutex_destroy(&c->lock);
+    rti_free(ctx, c, sizeof *c);
+}
+
+static cache *cache_of(rt_context *ctx)
+{
+    cache *c = rti_context_cache(ctx), *there;
+    if (c)
+        return c;
+    c = rti_alloc_zero(ctx, sizeof *c);
+    if (!c)
+        return NULL;
+    pthread_mutex_init(&c->lock, NULL);
+    there = rti_context_set_cache(ctx, c, cache_end);
+    if (there != c)
+        cache_end(ctx, c);
+    return there;
+}
+
+static rti_chunk **slot_of(cache *c, uint32_t kind, rti_hash hash)
+{
+    return &c->bucket[(hash.lo ^ hash.hi ^ kind) % BUCKETS];
+}
+
+/* Under the lock: every chunk in a bucket has at least one reference. */
+static rti_chunk *find_locked(cache *c, uint32_t kind, rti_hash hash)
+{
+    for (rti_chunk *k = *slot_of(c, kind, hash); k; k = k->next) {
+        if (k->kind == kind && rti_hash_equal(k->hash, hash)) {
+            atomic_fetch_add_explicit(&k->refs, 1, memory_order_relaxed);
+            return k;
+        }
+    }
+    return NULL;
+}
+
+rti_chunk *rti_chunk_find(rt_context *ctx, uint32_t kind, rti_hash hash)
+{
+    cache *c = cache_of(ctx);
+    rti_chunk *k;
+    if (!c)
+        return NULL;
+    pthread_mutex_lock(&c->lock);
+    k = find_locked(c, kind, hash);
+    pthread_mutex_unlock(&c->lock);
+    return k;
+}
+
+static rti_hash content_hash(uint32_t kind, const void *data, size_t size)
+{
+    rti_hasher h;
+    rti_hasher_init(&h);
+    rti_hasher_add(&h, data, size);
+    rti_hasher_add(&h, &kind, sizeof kind);
+    return rti_hasher_end(&h);
+}
+
+rti_chunk *rti_chunk_share(rt_context *ctx, uint32_t kind, void *data, size_t size, const rti_hash *key, bool *shared)
+{
+    cache *c = cache_of(ctx);
+    rti_chunk *k = c ? rti_alloc_zero(ctx, sizeof *k) : NULL, *there;
+    rti_chunk **slot;
+    *shared = false;
+    if (!k) {
+        rti_free(ctx, data, size);
+        return NULL;
+    }
+    k->ctx = ctx;
+    k->data = data;
+    k->size = size;
+    k->kind = kind;
+    k->hash = key ? *key : content_hash(kind, data, size);
+    atomic_init(&k->refs, 1);
+    pthread_mutex_lock(&c->lock);
+    there = find_locked(c, kind, k->hash);
+    if (!there) {
+        slot = slot_of(c, kind, k->hash);
+        k->next = *slot;
+        *slot = k;
+    }
+    pthread_mutex_unlock(&c->lock);
+    if (!there)
+        return k;
+    /* The hash is no proof against those who make collisions on purpose: equal content is shared, other content stands alone. */
+    if (!key && (there->size != size || memcmp(there->data, data, size) != 0)) {
+        rti_chunk_release(there);
+        k->next = k; /* not in the cache */
+        return k;
+    }
+    rti_free(ctx, data, size);
+    rti_free(ctx, k, sizeof *k);
+    *shared = true;
+    return there;
+}
+
+rti_chunk *rti_chunk_retain(rti_chunk *chunk)
+{
+    if (chunk)
+        atomic_fetch_add_explicit(&chunk->refs, 1, memory_order_relaxed);
+    return chunk;
+}
+
+static void unlink_chunk(cache *c, rti_chunk *chunk)
+{
+    rti_chunk **at = slot_of(c, chunk->kind, chunk->hash);
+    while (*at != chunk)
+        at = &(*at)->next;
+    *at = chunk->next;
+}
+
+void rti_chunk_release(rti_chunk *chunk)
+{
+    unsigned refs;
+    cache *c;
+    bool last;
+    if (!chunk)
+        return;
+    refs = atomic_load_explicit(&chunk->refs, memory_order_relaxed);
+    while (refs > 1) {
+        if (atomic_compare_exchange_weak_explicit(&chunk->refs, &refs, refs - 1, memory_order_release, memory_order_relaxed))
+            return;
+    }
+    /* Perhaps the last one: only under the lock may a count reach 0, so that a finder never meets a dying chunk. */
+    c = cache_of(chunk->ctx);
+    pthread_mutex_lock(&c->lock);
+    last = atomic_fetch_sub_explicit(&chunk->refs, 1, memory_order_acq_rel) == 1;
+    if (last && chunk->next != chunk)
+        unlink_chunk(c, chunk);
+    pthread_mutex_unlock(&c->lock);
+    if (last) {
+        rti_free(chunk->ctx, chunk->data, chunk->size);
+        rti_free(chunk->ctx, chunk, sizeof *chunk);
+    }
+}
+
+void rti_layout_begin(rti_layout *layout, size_t header)
+{
+    layout->size = header;
+    layout->overflow = false;
+}
+
+uint64_t rti_layout_add(rti_layout *layout, size_t count, size_t item)
+{
+    size_t bytes, at = (layout->size + 63u) & ~(size_t)63u;
+    if (count == 0)
+        return 0;
+    if (layout->size > SIZE_MAX - 64u || !rti_mul_size(count, item, &bytes) || !rti_add_size(at, bytes, &layout->size))
+        layout->overflow = true;
+    return at;
+}

@@ -1,0 +1,229 @@
+/* Commit: the geometry of the scene itself, and the records of all groups. */
+#include "parts.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "../kernel/shape_surface.h"
+
+rt_status rti_commit_chunk(rti_commit *c, uint32_t kind, void *data, size_t size, rti_chunk **chunk)
+{
+    bool shared;
+    *chunk = rti_chunk_share(c->scene->ctx, kind, data, size, NULL, &shared);
+    if (!*chunk)
+        return rti_fail_memory(c->scene->ctx, c->call, size);
+    c->next->reused_chunks += shared;
+    return RT_OK;
+}
+
+static void *chunk_block(rti_commit *c, const rti_layout *layout, rt_status *status)
+{
+    void *data = layout->overflow ? NULL : rti_alloc_zero(c->scene->ctx, layout->size);
+    *status = data ? RT_OK : rti_fail_memory(c->scene->ctx, c->call, layout->size);
+    return data;
+}
+
+static const rti_geometry *geometry_at(const rt_scene *scene, size_t i)
+{
+    return RTI_AT(scene->geometries, rti_geometry, i);
+}
+
+/* ---- GROUP ---- */
+
+static void include(rtk_group_header *head, const float *p)
+{
+    for (int k = 0; k < 3; k++) {
+        head->lo[k] = p[k] < head->lo[k] ? p[k] : head->lo[k];
+        head->hi[k] = p[k] > head->hi[k] ? p[k] : head->hi[k];
+    }
+}
+
+static rtk_tri *put_mesh(rtk_group_header *head, const rti_geometry *g, uint32_t geom, rtk_tri *tri)
+{
+    const float *p = g->mesh->positions;
+    const uint32_t *index = g->mesh->indices;
+    for (uint32_t i = 0; i < g->count; i++, index += 3, tri++) {
+        memcpy(tri->v0, p + 3 * (size_t)index[0], sizeof tri->v0);
+        memcpy(tri->v1, p + 3 * (size_t)index[1], sizeof tri->v1);
+        memcpy(tri->v2, p + 3 * (size_t)index[2], sizeof tri->v2);
+        tri->geom = geom;
+        tri->prim = i;
+        include(head, tri->v0);
+        include(head, tri->v1);
+        include(head, tri->v2);
+    }
+    return tri;
+}
+
+static void put_shape(rtk_group_header *head, const rtk_shape *from, uint32_t geom, rtk_shape *to)
+{
+    rtk_vec3 lo, hi;
+    *to = *from;
+    to->geom = geom;
+    rtk_shape_bounds(to, &lo, &hi);
+    include(head, (float[3]){lo.x, lo.y, lo.z});
+    include(head, (float[3]){hi.x, hi.y, hi.z});
+}
+
+static void put_lamps(const rt_scene *scene, rtk_group_header *head, rtk_shape *to)
+{
+    uint32_t geom = (uint32_t)scene->geometries.count;
+    for (size_t i = 0; i < scene->lights.count; i++) {
+        const rti_light *l = RTI_AT(scene->lights, rti_light, i);
+        rtk_shape lamp = {.type = RTK_SHAPE_SPHERE};
+        if (!l->visible)
+            continue;
+        memcpy(lamp.p, l->light.at, 3 * sizeof(float));
+        lamp.p[3] = l->light.radius;
+        put_shape(head, &lamp, geom++, to++);
+    }
+}
+
+/* Grows the bounds by RTK_GROW * scale; an empty box stays empty. */
+static void finish_bounds(rtk_group_header *head)
+{
+    float grow;
+    head->scale = 1.0e-30f;
+    if (head->tri_count + head->shape_count == 0)
+        return;
+    for (int k = 0; k < 3; k++)
+        head->scale = fmaxf(head->scale, fmaxf(fabsf(head->lo[k]), fabsf(head->hi[k])));
+    grow = RTK_GROW * head->scale;
+    for (int k = 0; k < 3; k++) {
+        head->lo[k] -= grow;
+        head->hi[k] += grow;
+    }
+}
+
+static uint32_t plane_count(const rt_scene *scene)
+{
+    uint32_t n = 0;
+    for (size_t i = 0; i < scene->geometries.count; i++)
+        n += geometry_at(scene, i)->type == RTK_GEOM_PLANE && geometry_at(scene, i)->alive;
+    return n;
+}
+
+static void fill_group(const rt_scene *scene, rtk_group_header *head)
+{
+    uint8_t *base = (uint8_t *)head;
+    rtk_tri *tri = (rtk_tri *)(void *)(base + head->off_tris);
+    rtk_shape *shape = (rtk_shape *)(void *)(base + head->off_shapes), *plane = (rtk_shape *)(void *)(base + head->off_planes);
+    for (int k = 0; k < 3; k++) {
+        head->lo[k] = FLT_MAX;
+        head->hi[k] = -FLT_MAX;
+    }
+    for (size_t i = 0; i < scene->geometries.count; i++) {
+        const rti_geometry *g = geometry_at(scene, i);
+        if (!g->alive)
+            continue;
+        if (g->type == RTK_GEOM_MESH) {
+            tri = put_mesh(head, g, (uint32_t)i, tri);
+        } else if (g->type == RTK_GEOM_PLANE) {
+            *plane = RTI_AT(scene->planes, rti_plane, g->first)->shape;
+            plane++->geom = (uint32_t)i;
+        } else {
+            for (uint32_t k = 0; k < g->count; k++)
+                put_shape(head, RTI_AT(scene->shapes, rtk_shape, g->first + k), (uint32_t)i, shape++);
+        }
+    }
+    put_lamps(scene, head, shape);
+    finish_bounds(head);
+}
+
+static rt_status make_group(rti_commit *c)
+{
+    const rt_scene *scene = c->scene;
+    rtk_group_header *head, want = {.tri_count = (uint32_t)scene->tri_count,
+                                    .shape_count = (uint32_t)(scene->shape_count + c->lamp_count),
+                                    .plane_count = plane_count(scene)};
+    rti_layout layout;
+    rt_status status;
+    if (scene->tri_count + scene->shape_count + c->lamp_count > RTI_MAX_PRIMS)
+        return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: with the bodies of visible lights the scene passes %u primitives",
+                        c->call, RTI_MAX_PRIMS);
+    rti_layout_begin(&layout, sizeof *head);
+    want.off_tris = rti_layout_add(&layout, want.tri_count, sizeof(rtk_tri));
+    want.off_shapes = rti_layout_add(&layout, want.shape_count, sizeof(rtk_shape));
+    want.off_planes = rti_layout_add(&layout, want.plane_count, sizeof(rtk_shape));
+    head = chunk_block(c, &layout, &status);
+    if (!head)
+        return status;
+    *head = want;
+    fill_group(scene, head);
+    return rti_commit_chunk(c, RTK_CHUNK_GROUP, head, layout.size, &c->next->groups[0].group);
+}
+
+/* ---- ATTRIBUTE: both the offsets in the records and the copying walk the arrays in this order ---- */
+
+void rti_plan_attributes(rti_layout *layout, const rti_geometry *g, rtk_geom *out)
+{
+    const rti_mesh *m = g->mesh;
+    size_t vertices = g->type == RTK_GEOM_MESH ? m->vertex_count : g->count;
+    bool corners = m->normals || m->uvs || (m->colors && g->type == RTK_GEOM_MESH);
+    out->off_indices = rti_layout_add(layout, corners ? g->count : 0, 3 * sizeof(uint32_t));
+    out->off_normals = rti_layout_add(layout, m->normals ? vertices : 0, 3 * sizeof(float));
+    out->off_uvs = rti_layout_add(layout, m->uvs ? vertices : 0, 2 * sizeof(float));
+    out->off_colors = rti_layout_add(layout, m->colors ? vertices : 0, 3 * sizeof(float));
+    out->off_materials = rti_layout_add(layout, m->materials ? g->count : 0, sizeof(uint32_t));
+    out->off_faces = rti_layout_add(layout, m->faces ? g->count : 0, sizeof(uint32_t));
+    out->vertex_count = (uint32_t)vertices;
+}
+
+static void copy(uint8_t *base, uint64_t offset, const void *from, size_t size)
+{
+    if (offset)
+        memcpy(base + offset, from, size);
+}
+
+static void copy_attributes(uint8_t *base, const rti_geometry *g, const rtk_geom *at)
+{
+    const rti_mesh *m = g->mesh;
+    copy(base, at->off_indices, m->indices, 3 * sizeof(uint32_t) * (size_t)g->count);
+    copy(base, at->off_normals, m->normals, 3 * sizeof(float) * (size_t)at->vertex_count);
+    copy(base, at->off_uvs, m->uvs, 2 * sizeof(float) * (size_t)at->vertex_count);
+    copy(base, at->off_colors, m->colors, 3 * sizeof(float) * (size_t)at->vertex_count);
+    copy(base, at->off_materials, m->materials, sizeof(uint32_t) * (size_t)g->count);
+    copy(base, at->off_faces, m->faces, sizeof(uint32_t) * (size_t)g->count);
+}
+
+static rt_status make_attributes(rti_commit *c)
+{
+    const rt_scene *scene = c->scene;
+    rti_layout layout, again;
+    rtk_geom at;
+    uint8_t *base;
+    rt_status status;
+    rti_layout_begin(&layout, RTI_ATTRIBUTE_HEADER);
+    for (size_t i = 0; i < scene->geometries.count; i++) {
+        if (geometry_at(scene, i)->mesh)
+            rti_plan_attributes(&layout, geometry_at(scene, i), &at);
+    }
+    if (layout.size == RTI_ATTRIBUTE_HEADER)
+        return RT_OK;
+    base = chunk_block(c, &layout, &status);
+    if (!base)
+        return status;
+    rti_layout_begin(&again, RTI_ATTRIBUTE_HEADER);
+    for (size_t i = 0; i < scene->geometries.count; i++) {
+        const rti_geometry *g = geometry_at(scene, i);
+        if (!g->mesh)
+            continue;
+        rti_plan_attributes(&again, g, &at);
+        copy_attributes(base, g, &at);
+    }
+    return rti_commit_chunk(c, RTK_CHUNK_ATTRIBUTE, base, layout.size, &c->next->groups[0].attribute);
+}
+
+rt_status rti_commit_group(rti_commit *c)
+{
+    rt_status status;
+    if (c->last && !c->scene->geometry_changed) {
+        c->next->groups[0].group = rti_chunk_retain(c->last->groups[0].group);
+        c->next->groups[0].attribute = rti_chunk_retain(c->last->groups[0].attribute);
+        c->next->reused_chunks += 1 + (c->next->groups[0].attribute != NULL);
+        return RT_OK;
+    }
+    status = make_group(c);
+    return status == RT_OK ? make_attributes(c) : status;
+}

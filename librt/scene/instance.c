@@ -1,0 +1,125 @@
+/* Instances: a whole scene placed in another. */
+#include "scene.h"
+
+#include <math.h>
+#include <string.h>
+
+rt_instance_desc rt_instance_desc_default(void)
+{
+    rt_instance_desc d;
+    memset(&d, 0, sizeof d);
+    d.struct_size = sizeof d;
+    d.transform = rt_transform_identity();
+    d.material.id = RT_INVALID_ID;
+    d.mask = RT_MASK_ALL;
+    return d;
+}
+
+static size_t alive_instances(const rt_scene *scene)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < scene->instances.count; i++)
+        n += RTI_AT(scene->instances, rti_inst, i)->child != NULL;
+    return n;
+}
+
+static rt_status check_transform(rt_context *ctx, const char *call, const rt_transform *t)
+{
+    rtk_xfm m, w;
+    rt_status status = rti_check_floats(ctx, call, "transform", t->m, 12, 1, RTI_COORD_MAX);
+    if (status != RT_OK)
+        return status;
+    memcpy(m.m, t->m, sizeof m.m);
+    if (!rti_xfm_invert(&m, &w))
+        return rti_fail(
+            ctx, RT_ERROR_ARGUMENT,
+            "%s: transform has no inverse (or one that floats cannot hold): it flattens space; scale every axis by more than "
+            "nothing",
+            call);
+    return RT_OK;
+}
+
+static rt_status check(const rt_scene *scene, const char *call, const rt_instance_desc *d)
+{
+    rt_context *ctx = scene->ctx;
+    if (!d->child)
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: child is NULL; give the scene to place", call);
+    if (d->child == scene)
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: child is the scene itself; a scene cannot contain itself", call);
+    if (d->child->ctx != ctx)
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: child belongs to another context; make both scenes from one", call);
+    if (alive_instances(d->child) > 0)
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: child has instances of its own; only two levels are possible", call);
+    if (scene->instances.count >= RTI_MAX_PRIMS)
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: the scene has %zu instances, and no more fit", call, scene->instances.count);
+    if (d->material.id != RT_INVALID_ID) {
+        rt_status status = rti_check_material(scene, call, "material", d->material.id);
+        if (status != RT_OK)
+            return status;
+    }
+    return check_transform(ctx, call, &d->transform);
+}
+
+rt_status rt_scene_add_instance(rt_scene *scene, const rt_instance_desc *desc, rt_instance *instance)
+{
+    static const char call[] = "rt_scene_add_instance";
+    rt_instance_desc d = rt_instance_desc_default();
+    rti_inst *slot = NULL;
+    rt_status status = rti_scene_editable(scene, call);
+    if (status == RT_OK)
+        status = rti_desc_take(scene->ctx, call, desc, &d, sizeof d);
+    if (status == RT_OK)
+        status = check(scene, call, &d);
+    if (status != RT_OK)
+        return status;
+    slot = rti_array_push(scene->ctx, &scene->instances, sizeof *slot);
+    if (!slot)
+        return rti_fail_memory(scene->ctx, call, sizeof *slot);
+    rti_scene_retain(d.child);
+    slot->child = d.child;
+    memcpy(slot->to_world.m, d.transform.m, sizeof slot->to_world.m);
+    slot->material = d.material.id;
+    slot->mask = d.mask;
+    slot->user_id = d.user_id;
+    if (instance)
+        instance->id = (uint32_t)(scene->instances.count - 1);
+    return RT_OK;
+}
+
+static rt_status find(rt_scene *scene, const char *call, rt_instance instance, rti_inst **out)
+{
+    rt_status status = rti_scene_editable(scene, call);
+    if (status != RT_OK)
+        return status;
+    if (instance.id >= scene->instances.count)
+        return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: instance %u is not one of the scene", call, instance.id);
+    *out = RTI_AT(scene->instances, rti_inst, instance.id);
+    if (!(*out)->child)
+        return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: instance %u was removed", call, instance.id);
+    return RT_OK;
+}
+
+rt_status rt_scene_set_instance_transform(rt_scene *scene, rt_instance instance, const rt_transform *transform)
+{
+    static const char call[] = "rt_scene_set_instance_transform";
+    rti_inst *slot = NULL;
+    rt_status status = find(scene, call, instance, &slot);
+    if (status == RT_OK && !transform)
+        status = rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: transform is NULL", call);
+    if (status == RT_OK)
+        status = check_transform(scene->ctx, call, transform);
+    if (status == RT_OK)
+        memcpy(slot->to_world.m, transform->m, sizeof slot->to_world.m);
+    return status;
+}
+
+rt_status rt_scene_remove_instance(rt_scene *scene, rt_instance instance)
+{
+    rti_inst *slot = NULL;
+    rt_status status = find(scene, "rt_scene_remove_instance", instance, &slot);
+    if (status != RT_OK)
+        return status;
+    rt_scene_destroy(slot->child);
+    slot->child = NULL;
+    return RT_OK;
+}

@@ -1,0 +1,190 @@
+/* Adding meshes and polyhedra. */
+#include "scene.h"
+
+#include <string.h>
+
+#include "polygon.h"
+
+rt_mesh_desc rt_mesh_desc_default(void)
+{
+    rt_mesh_desc d;
+    memset(&d, 0, sizeof d);
+    d.struct_size = sizeof d;
+    d.common = rti_common_default();
+    return d;
+}
+
+rt_polyhedron_desc rt_polyhedron_desc_default(void)
+{
+    rt_polyhedron_desc d;
+    memset(&d, 0, sizeof d);
+    d.struct_size = sizeof d;
+    d.common = rti_common_default();
+    return d;
+}
+
+static rt_status check_null(rt_context *ctx, const char *call, const char *field, const void *pointer, const char *count_field,
+                            size_t count)
+{
+    if (pointer || count == 0)
+        return RT_OK;
+    return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: %s is NULL, but %s is %zu", call, field, count_field, count);
+}
+
+static rt_status check_indices(rt_context *ctx, const char *call, const uint32_t *indices, size_t count, uint32_t vertex_count)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (indices[i] >= vertex_count)
+            return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: indices[%zu] is %u; it must be below vertex_count, which is %u", call, i,
+                            indices[i], vertex_count);
+    }
+    return RT_OK;
+}
+
+static rt_status check_mesh(const rt_scene *scene, const char *call, const rt_mesh_desc *d)
+{
+    rt_context *ctx = scene->ctx;
+    rt_status status = check_null(ctx, call, "positions", d->positions, "vertex_count", d->vertex_count);
+    if (status == RT_OK)
+        status = check_null(ctx, call, "indices", d->indices, "triangle_count", d->triangle_count);
+    if (status == RT_OK && d->triangle_count > RTI_MAX_PRIMS)
+        status = rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: triangle_count is %u; it must be at most %u", call, d->triangle_count,
+                          RTI_MAX_PRIMS);
+    if (status == RT_OK)
+        status = rti_check_floats(ctx, call, "positions", d->positions, d->vertex_count, 3, RTI_COORD_MAX);
+    if (status == RT_OK)
+        status = check_indices(ctx, call, d->indices, 3 * (size_t)d->triangle_count, d->vertex_count);
+    if (status == RT_OK && d->normals)
+        status = rti_check_floats(ctx, call, "normals", d->normals, d->vertex_count, 3, 1.0e18f);
+    if (status == RT_OK && d->uvs)
+        status = rti_check_floats(ctx, call, "uvs", d->uvs, d->vertex_count, 2, 1.0e9f);
+    if (status == RT_OK && d->colors)
+        status = rti_check_floats(ctx, call, "colors", d->colors, d->vertex_count, 3, 1.0e6f);
+    if (status == RT_OK && d->face_materials)
+        status = rti_check_materials(scene, call, "face_materials", d->face_materials, d->triangle_count);
+    return status;
+}
+
+/* Hands a filled mesh to a new geometry, or frees it. */
+static rt_status add(rt_scene *scene, const char *call, const rt_geometry_common *common, rti_mesh *mesh, uint32_t triangle_count,
+                     rt_geometry *geometry)
+{
+    rti_geometry *g;
+    rt_status status = rti_geometry_push(scene, call, common, RTK_GEOM_MESH, triangle_count, &g);
+    if (status != RT_OK) {
+        rti_mesh_free(scene->ctx, mesh);
+        return status;
+    }
+    g->mesh = mesh;
+    scene->tri_count += triangle_count;
+    if (geometry)
+        geometry->id = (uint32_t)(scene->geometries.count - 1);
+    return RT_OK;
+}
+
+static void copy(void *to, const void *from, size_t count, size_t item)
+{
+    if (to && from)
+        memcpy(to, from, count * item);
+}
+
+rt_status rt_scene_add_mesh(rt_scene *scene, const rt_mesh_desc *desc, rt_geometry *geometry)
+{
+    static const char call[] = "rt_scene_add_mesh";
+    rt_mesh_desc d = rt_mesh_desc_default();
+    rti_mesh *mesh;
+    rti_mesh_want want;
+    rt_status status = rti_add_begin(scene, call, desc, &d, sizeof d, &d.common);
+    if (status == RT_OK)
+        status = check_mesh(scene, call, &d);
+    if (status != RT_OK)
+        return status;
+    want = (rti_mesh_want){.vertices = d.vertex_count,
+                           .triangles = d.triangle_count,
+                           .normals = d.normals != NULL,
+                           .uvs = d.uvs != NULL,
+                           .colors = d.colors ? d.vertex_count : 0,
+                           .materials = d.face_materials ? d.triangle_count : 0};
+    status = rti_mesh_make(scene->ctx, call, &want, &mesh);
+    if (status != RT_OK)
+        return status;
+    copy(mesh->positions, d.positions, d.vertex_count, 3 * sizeof(float));
+    copy(mesh->indices, d.indices, d.triangle_count, 3 * sizeof(uint32_t));
+    copy(mesh->normals, d.normals, d.vertex_count, 3 * sizeof(float));
+    copy(mesh->uvs, d.uvs, d.vertex_count, 2 * sizeof(float));
+    copy(mesh->colors, d.colors, d.vertex_count, 3 * sizeof(float));
+    copy(mesh->materials, d.face_materials, d.triangle_count, sizeof(uint32_t));
+    return add(scene, call, &d.common, mesh, d.triangle_count, geometry);
+}
+
+/* Also counts the triangles and finds the largest face. */
+static rt_status check_polyhedron(const rt_scene *scene, const char *call, const rt_polyhedron_desc *d, uint32_t *triangles,
+                                  uint32_t *largest)
+{
+    rt_context *ctx = scene->ctx;
+    uint64_t corners = 0;
+    rt_status status = check_null(ctx, call, "positions", d->positions, "vertex_count", d->vertex_count);
+    if (status == RT_OK)
+        status = check_null(ctx, call, "face_sizes", d->face_sizes, "face_count", d->face_count);
+    if (status == RT_OK)
+        status = check_null(ctx, call, "indices", d->indices, "index_count", d->index_count);
+    if (status != RT_OK)
+        return status;
+    *largest = 0;
+    for (uint32_t f = 0; f < d->face_count; f++) {
+        uint32_t n = d->face_sizes[f];
+        if (n < 3 || n > 65535)
+            return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: face_sizes[%u] is %u; a face has from 3 to 65535 corners", call, f, n);
+        corners += n;
+        *largest = n > *largest ? n : *largest;
+    }
+    if (corners != d->index_count)
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: index_count is %zu, but the face_sizes add up to %llu", call, d->index_count,
+                        (unsigned long long)corners);
+    if (corners - 2ull * d->face_count > RTI_MAX_PRIMS)
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: the faces make more than %u triangles", call, RTI_MAX_PRIMS);
+    *triangles = (uint32_t)(corners - 2ull * d->face_count);
+    status = rti_check_floats(ctx, call, "positions", d->positions, d->vertex_count, 3, RTI_COORD_MAX);
+    return status == RT_OK ? check_indices(ctx, call, d->indices, d->index_count, d->vertex_count) : status;
+}
+
+static void cut_faces(const rt_polyhedron_desc *d, uint32_t *scratch, rti_mesh *mesh)
+{
+    const uint32_t *corners = d->indices;
+    uint32_t *indices = mesh->indices, *faces = mesh->faces;
+    for (uint32_t f = 0; f < d->face_count; f++) {
+        uint32_t n = d->face_sizes[f];
+        rti_polygon_triangulate(d->positions, corners, n, scratch, indices);
+        for (uint32_t i = 0; i + 2 < n; i++)
+            *faces++ = f;
+        corners += n;
+        indices += 3 * (size_t)(n - 2);
+    }
+}
+
+rt_status rt_scene_add_polyhedron(rt_scene *scene, const rt_polyhedron_desc *desc, rt_geometry *geometry)
+{
+    static const char call[] = "rt_scene_add_polyhedron";
+    rt_polyhedron_desc d = rt_polyhedron_desc_default();
+    rti_mesh *mesh;
+    rti_mesh_want want;
+    uint32_t triangles = 0, largest = 0, *scratch;
+    rt_status status = rti_add_begin(scene, call, desc, &d, sizeof d, &d.common);
+    if (status == RT_OK)
+        status = check_polyhedron(scene, call, &d, &triangles, &largest);
+    if (status != RT_OK)
+        return status;
+    want = (rti_mesh_want){.vertices = d.vertex_count, .triangles = triangles, .faces = triangles};
+    status = rti_mesh_make(scene->ctx, call, &want, &mesh);
+    if (status != RT_OK)
+        return status;
+    scratch = rti_alloc_array(scene->ctx, largest, 3 * sizeof *scratch);
+    if (!scratch) {
+        rti_mesh_free(scene->ctx, mesh);
+        return rti_fail_memory(scene->ctx, call, 3 * sizeof *scratch * largest);
+    }
+    copy(mesh->positions, d.positions, d.vertex_count, 3 * sizeof(float));
+    cut_faces(&d, scratch, mesh);
+    rti_free(scene->ctx, scratch, 3 * sizeof *scratch * largest);
+    return add(scene, call, &d.common, mesh, triangles, geometry);
+}

@@ -1,0 +1,68 @@
+/* What a snapshot is made of, for the files that make, save and load one. */
+#ifndef RTI_PARTS_H
+#define RTI_PARTS_H
+
+#include "scene.h"
+
+#define RTI_TREE_KINDS 3u /* RTK_TREE_NONE (unused place), KD, OCTREE */
+
+typedef struct rti_part_group {
+    rti_chunk *group, *attribute, *geometry; /* attribute: NULL when no geometry has any */
+    rti_chunk *tree[RTI_TREE_KINDS];
+    uint32_t material_base; /* its materials start here in the snapshot's table */
+} rti_part_group;
+
+struct rti_snapshot {
+    rt_context *ctx;
+    size_t size; /* of this block, views included */
+    atomic_uint refs;
+    uint32_t group_count, texture_count;
+    uint32_t reused_chunks, built_trees;
+    const struct rti_tracer *tracer;
+    rti_build_settings settings;
+    bool auto_builder;
+    rti_part_group *groups; /* [0]: the scene's own geometry */
+    rti_chunk **textures;
+    rti_chunk *top, *top_tree[RTI_TREE_KINDS];
+    rti_chunk *materials, *lights, *world;
+    rtk_group *view_groups;
+    rtk_texture *view_textures;
+    rtk_scene view;
+};
+
+/* Empty, one reference; NULL: no memory. Chunks are then put in (their references go to it) and finish makes the view. */
+rti_snapshot *rti_snapshot_new(rt_context *ctx, uint32_t group_count, uint32_t texture_count);
+void rti_snapshot_finish(rti_snapshot *snapshot);
+/* Gives every group and the top level trees of the kinds (bits 1 << RTK_TREE_*): found in the context or built. Before finish. */
+rt_status rti_snapshot_build(rti_snapshot *snapshot, const char *call, uint32_t kinds, rti_cancel *cancel);
+/* Calls visit for every chunk that is there, in a fixed order. group: RTK_INVALID for what belongs to none. */
+typedef void (*rti_chunk_visit)(void *data, const rti_chunk *chunk, uint32_t group);
+void rti_snapshot_each(const rti_snapshot *snapshot, rti_chunk_visit visit, void *data);
+rti_hash rti_snapshot_hash(const rti_snapshot *snapshot);
+
+/* ---- making chunks from a description (commit_*.c). Each returns a reference through its last argument and counts reuse. ----
+ */
+typedef struct rti_commit {
+    rt_scene *scene;
+    const char *call;
+    rti_snapshot *last; /* before this commit, or NULL */
+    rti_snapshot *next;
+    rti_snapshot **children; /* [child_count], in order of first use: group i + 1 of next is theirs */
+    rt_scene **child_scenes;
+    uint32_t child_count, child_capacity;
+    uint32_t lamp_count; /* visible lights: their bodies stand behind the geometries, their materials behind the scene's */
+} rti_commit;
+
+rt_status rti_commit_chunk(rti_commit *c, uint32_t kind, void *data, size_t size, rti_chunk **chunk);
+/* Where a geometry's arrays stand in its group's ATTRIBUTE chunk: called for each geometry that has any, in order. */
+#define RTI_ATTRIBUTE_HEADER 64u /* the chunk's first bytes: no array stands at offset 0, which means absent */
+void rti_plan_attributes(rti_layout *layout, const rti_geometry *geometry, rtk_geom *out);
+rt_status rti_commit_group(rti_commit *c);    /* GROUP, ATTRIBUTE of the scene itself */
+rt_status rti_commit_geometry(rti_commit *c); /* GEOMETRY of all groups, after materials */
+rt_status rti_commit_table(rti_commit *c, size_t count, size_t record, void **block, size_t *size, void **records);
+rt_status rti_commit_materials(rti_commit *c); /* MATERIAL and TEXTURES, own and children's */
+rt_status rti_commit_lights(rti_commit *c);    /* after the group */
+rt_status rti_commit_world(rti_commit *c);
+rt_status rti_commit_top(rti_commit *c); /* after the groups */
+
+#endif

@@ -1,0 +1,178 @@
+/* Ray queries from plain arrays: gathered into blocks on the stack, traced, scattered. */
+#include <string.h>
+
+#include "../kernel/surface.h"
+#include "../kernel/texture.h"
+#include "../trace/trace.h"
+#include "parts.h"
+
+#define CHUNK  256u /* rays at a time: 15 KiB of blocks */
+#define BLOCKS (CHUNK / RTK_BLOCK)
+
+typedef struct blocks {
+    _Alignas(64) rtk_trace_block rays[BLOCKS];
+    _Alignas(64) rtk_hit_block hits[BLOCKS];
+} blocks;
+
+static void gather(const rt_ray *rays, uint32_t count, rtk_trace_block *out)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        rtk_trace_block *b = &out[i / RTK_BLOCK];
+        uint32_t k = i % RTK_BLOCK;
+        b->ox[k] = rays[i].org.x;
+        b->oy[k] = rays[i].org.y;
+        b->oz[k] = rays[i].org.z;
+        b->dx[k] = rays[i].dir.x;
+        b->dy[k] = rays[i].dir.y;
+        b->dz[k] = rays[i].dir.z;
+        b->tmin[k] = rays[i].tmin;
+        b->tmax[k] = rays[i].tmax;
+        b->mask[k] = rays[i].mask;
+    }
+}
+
+static rt_hit hit_at(const rtk_hit_block *b, uint32_t k)
+{
+    return (rt_hit){b->t[k], b->u[k], b->v[k], b->prim[k], b->geom[k], b->inst[k]};
+}
+
+static void put_hit(rtk_hit_block *b, uint32_t k, const rt_hit *h)
+{
+    b->t[k] = h->t;
+    b->u[k] = h->u;
+    b->v[k] = h->v;
+    b->prim[k] = h->prim_id;
+    b->geom[k] = h->geom_id;
+    b->inst[k] = h->inst_id;
+}
+
+void rt_scene_intersect(const rt_scene *scene, const rt_ray *rays, rt_hit *hits, size_t count)
+{
+    rti_snapshot *s = rti_scene_snapshot(scene);
+    rti_fpenv env = rti_fp_enter();
+    rti_scratch scratch = {.steps = NULL};
+    blocks b;
+    for (size_t at = 0; s && at < count; at += CHUNK) {
+        uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
+        gather(rays + at, n, b.rays);
+        s->tracer->intersect(&s->view, b.rays, b.hits, n, 0, &scratch);
+        for (uint32_t i = 0; i < n; i++)
+            hits[at + i] = hit_at(&b.hits[i / RTK_BLOCK], i % RTK_BLOCK);
+    }
+    for (size_t i = 0; !s && i < count; i++)
+        hits[i] = (rt_hit){rays[i].tmax, 0.0f, 0.0f, RT_INVALID_ID, RT_INVALID_ID, RT_INVALID_ID};
+    rti_fp_leave(env);
+    rti_snapshot_release(s);
+}
+
+void rt_scene_occluded(const rt_scene *scene, const rt_ray *rays, uint8_t *occluded, size_t count)
+{
+    rti_snapshot *s = rti_scene_snapshot(scene);
+    rti_fpenv env = rti_fp_enter();
+    rti_scratch scratch = {.steps = NULL};
+    uint16_t bits[BLOCKS] = {0};
+    blocks b;
+    for (size_t at = 0; at < count; at += CHUNK) {
+        uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
+        if (s) {
+            gather(rays + at, n, b.rays);
+            s->tracer->occluded(&s->view, b.rays, bits, n, 0, &scratch);
+        }
+        for (uint32_t i = 0; i < n; i++)
+            occluded[at + i] = (uint8_t)((bits[i / RTK_BLOCK] >> (i % RTK_BLOCK)) & 1u);
+    }
+    rti_fp_leave(env);
+    rti_snapshot_release(s);
+}
+
+size_t rt_scene_intersect_all(const rt_scene *scene, const rt_ray *ray, rt_hit *hits, size_t capacity)
+{
+    rti_snapshot *s = rti_scene_snapshot(scene);
+    rti_fpenv env = rti_fp_enter();
+    rti_scratch scratch = {.steps = NULL};
+    rt_hit last = {ray->tmin, 0.0f, 0.0f, RT_INVALID_ID, RT_INVALID_ID, RT_INVALID_ID};
+    size_t n = 0;
+    blocks b;
+    gather(ray, 1, b.rays);
+    while (s && n < capacity) {
+        put_hit(&b.hits[0], 0, &last);
+        s->tracer->intersect(&s->view, b.rays, b.hits, 1, RTI_TRACE_AFTER, &scratch);
+        last = hit_at(&b.hits[0], 0);
+        if (last.prim_id == RT_INVALID_ID)
+            break;
+        hits[n++] = last;
+    }
+    rti_fp_leave(env);
+    rti_snapshot_release(s);
+    return n;
+}
+
+/* ---- surface ---- */
+
+/* A hit may be the caller's own invention, or of another snapshot: every id is held against this one. */
+static bool hit_exists(const rtk_scene *v, const rt_hit *h)
+{
+    const rtk_group *group = &v->groups[0];
+    if (h->prim_id == RT_INVALID_ID)
+        return false;
+    if (h->inst_id != RT_INVALID_ID) {
+        if (h->inst_id >= v->instance_count)
+            return false;
+        group = &v->groups[v->instances[h->inst_id].group];
+    }
+    return h->geom_id < group->geom_count && h->prim_id < group->geoms[h->geom_id].prim_count;
+}
+
+static rt_vec3 public_vec(rtk_vec3 a)
+{
+    return (rt_vec3){a.x, a.y, a.z};
+}
+
+/* 0, or 1 + index of the child's group whose material it is. */
+static uint32_t material_scene(const rti_snapshot *s, uint32_t material)
+{
+    uint32_t k = s->group_count - 1;
+    while (k > 0 && material < s->groups[k].material_base)
+        k--;
+    return k;
+}
+
+static rt_vec3 surface_color(const rtk_scene *v, const rtk_surface *at)
+{
+    const rtk_material *m = &v->materials[at->material];
+    float rgba[4] = {1.0f, 1.0f, 1.0f, 1.0f};
+    if (m->color_tex != RTK_INVALID)
+        rtk_texture_sample(v->textures[m->color_tex], at->u, at->v, 0.0f, rgba);
+    return (rt_vec3){m->color[0] * rgba[0] * at->tint.x, m->color[1] * rgba[1] * at->tint.y, m->color[2] * rgba[2] * at->tint.z};
+}
+
+static void fill_surface(const rti_snapshot *s, const rt_ray *ray, const rt_hit *hit, rt_surface *out)
+{
+    rtk_ray r = {rti_vec(ray->org), rti_vec(ray->dir), ray->tmin, ray->tmax, ray->mask};
+    rtk_hit h = {hit->t, hit->u, hit->v, hit->prim_id, hit->geom_id, hit->inst_id};
+    rtk_surface at = rtk_surface_at(&s->view, r, h);
+    out->position = public_vec(at.p);
+    out->ng = public_vec(at.ng);
+    out->ns = public_vec(at.ns);
+    out->u = at.u;
+    out->v = at.v;
+    out->material_scene = material_scene(s, at.material);
+    out->material.id = at.material - (out->material_scene ? s->groups[out->material_scene].material_base : 0u);
+    out->face_id = at.face;
+    out->user_id = at.user_id;
+    out->inst_user_id = at.inst_user_id;
+    out->color = surface_color(&s->view, &at);
+    out->position_error = at.error;
+}
+
+void rt_scene_surface(const rt_scene *scene, const rt_ray *ray, const rt_hit *hit, rt_surface *surface)
+{
+    rti_snapshot *s = rti_scene_snapshot(scene);
+    rti_fpenv env = rti_fp_enter();
+    memset(surface, 0, sizeof *surface);
+    surface->material.id = RT_INVALID_ID;
+    if (s && hit_exists(&s->view, hit))
+        fill_surface(s, ray, hit, surface);
+    rti_fp_leave(env);
+    rti_snapshot_release(s);
+}

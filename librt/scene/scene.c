@@ -1,0 +1,108 @@
+/* Scenes: making, ending, the table of everything they hold. */
+#include "scene.h"
+
+#include <string.h>
+
+void *rti_array_push(rt_context *ctx, rti_array *array, size_t item_size)
+{
+    void *item;
+    if (!rti_reserve(ctx, &array->data, &array->capacity, array->count, 1, item_size))
+        return NULL;
+    item = (uint8_t *)array->data + array->count * item_size;
+    memset(item, 0, item_size);
+    array->count++;
+    return item;
+}
+
+static void array_free(rt_context *ctx, rti_array *array, size_t item_size)
+{
+    rti_free(ctx, array->data, array->capacity * item_size);
+}
+
+rt_status rti_scene_editable(const rt_scene *scene, const char *call)
+{
+    if (!scene->loaded)
+        return RT_OK;
+    return rti_fail(scene->ctx, RT_ERROR_STATE,
+                    "%s: this scene was loaded from a snapshot file and cannot be edited; build a new one", call);
+}
+
+static rt_status fill_new(rt_scene *scene)
+{
+    rt_material material;
+    rt_material_desc md = rt_material_desc_default();
+    rt_world_desc wd = rt_world_desc_default();
+    rt_camera_desc cd = rt_camera_desc_default();
+    rt_status status = rt_scene_add_material(scene, &md, &material);
+    if (status == RT_OK)
+        status = rt_scene_set_world(scene, &wd);
+    if (status == RT_OK)
+        status = rt_scene_set_camera(scene, &cd);
+    return status;
+}
+
+rt_status rt_scene_create(rt_context *context, rt_scene **scene)
+{
+    rt_scene *s;
+    rt_status status;
+    if (!context)
+        return RT_ERROR_ARGUMENT;
+    if (!scene)
+        return rti_fail(context, RT_ERROR_ARGUMENT, "rt_scene_create: scene is NULL; give the place for the new scene");
+    *scene = NULL;
+    s = rti_alloc_zero(context, sizeof *s);
+    if (!s)
+        return rti_fail_memory(context, "rt_scene_create", sizeof *s);
+    s->ctx = context;
+    atomic_init(&s->refs, 1);
+    atomic_init(&s->cancel.asked, false);
+    rti_cell_init(&s->cell);
+    s->geometry_changed = true;
+    s->auto_builder = true;
+    s->tree_kinds = 1u << RTK_TREE_KD;
+    status = fill_new(s);
+    if (status != RT_OK) {
+        rt_scene_destroy(s);
+        return status;
+    }
+    *scene = s;
+    return RT_OK;
+}
+
+void rti_scene_retain(rt_scene *scene)
+{
+    atomic_fetch_add(&scene->refs, 1);
+}
+
+void rt_scene_destroy(rt_scene *scene)
+{
+    rt_context *ctx;
+    if (!scene || atomic_fetch_sub(&scene->refs, 1) != 1)
+        return;
+    ctx = scene->ctx;
+    rti_cell_replace(&scene->cell, NULL);
+    for (size_t i = 0; i < scene->geometries.count; i++)
+        rti_mesh_free(ctx, RTI_AT(scene->geometries, rti_geometry, i)->mesh);
+    for (size_t i = 0; i < scene->textures.count; i++)
+        rti_chunk_release(RTI_AT(scene->textures, rti_texture, i)->chunk);
+    for (size_t i = 0; i < scene->instances.count; i++)
+        rt_scene_destroy(RTI_AT(scene->instances, rti_inst, i)->child); /* one level: a child has no instances */
+    array_free(ctx, &scene->materials, sizeof(rtk_material));
+    array_free(ctx, &scene->textures, sizeof(rti_texture));
+    array_free(ctx, &scene->geometries, sizeof(rti_geometry));
+    array_free(ctx, &scene->shapes, sizeof(rtk_shape));
+    array_free(ctx, &scene->planes, sizeof(rti_plane));
+    array_free(ctx, &scene->instances, sizeof(rti_inst));
+    array_free(ctx, &scene->lights, sizeof(rti_light));
+    rti_free(ctx, scene, sizeof *scene);
+}
+
+rt_context *rt_scene_context(const rt_scene *scene)
+{
+    return scene->ctx;
+}
+
+rti_snapshot *rti_scene_snapshot(const rt_scene *scene)
+{
+    return rti_cell_acquire((rti_cell *)(uintptr_t)&scene->cell); /* counting readers is not what const promises against */
+}

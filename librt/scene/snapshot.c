@@ -1,0 +1,228 @@
+/* Snapshots: counted sets of chunks and the view that kernels use. */
+#include "parts.h"
+
+#include <float.h>
+#include <string.h>
+
+rti_snapshot *rti_snapshot_new(rt_context *ctx, uint32_t group_count, uint32_t texture_count)
+{
+    rti_layout layout;
+    uint64_t groups, textures, view_groups, view_textures;
+    uint8_t *base;
+    rti_snapshot *s;
+    rti_layout_begin(&layout, sizeof *s);
+    groups = rti_layout_add(&layout, group_count, sizeof(rti_part_group));
+    textures = rti_layout_add(&layout, texture_count, sizeof(rti_chunk *));
+    view_groups = rti_layout_add(&layout, group_count, sizeof(rtk_group));
+    view_textures = rti_layout_add(&layout, texture_count, sizeof(rtk_texture));
+    base = layout.overflow ? NULL : rti_alloc_zero(ctx, layout.size);
+    if (!base)
+        return NULL;
+    s = (rti_snapshot *)(void *)base;
+    s->ctx = ctx;
+    s->size = layout.size;
+    atomic_init(&s->refs, 1);
+    s->group_count = group_count;
+    s->texture_count = texture_count;
+    s->groups = (rti_part_group *)(void *)(base + groups);
+    s->textures = (rti_chunk **)(void *)(base + textures);
+    s->view_groups = (rtk_group *)(void *)(base + view_groups);
+    s->view_textures = (rtk_texture *)(void *)(base + view_textures);
+    return s;
+}
+
+void rti_snapshot_retain(rti_snapshot *snapshot)
+{
+    atomic_fetch_add_explicit(&snapshot->refs, 1, memory_order_relaxed);
+}
+
+void rti_snapshot_release(rti_snapshot *s)
+{
+    if (!s || atomic_fetch_sub_explicit(&s->refs, 1, memory_order_acq_rel) != 1)
+        return;
+    for (uint32_t i = 0; i < s->group_count; i++) {
+        rti_chunk_release(s->groups[i].group);
+        rti_chunk_release(s->groups[i].attribute);
+        rti_chunk_release(s->groups[i].geometry);
+        for (uint32_t k = 0; k < RTI_TREE_KINDS; k++)
+            rti_chunk_release(s->groups[i].tree[k]);
+    }
+    for (uint32_t i = 0; i < s->texture_count; i++)
+        rti_chunk_release(s->textures[i]);
+    for (uint32_t k = 0; k < RTI_TREE_KINDS; k++)
+        rti_chunk_release(s->top_tree[k]);
+    rti_chunk_release(s->top);
+    rti_chunk_release(s->materials);
+    rti_chunk_release(s->lights);
+    rti_chunk_release(s->world);
+    rti_free(s->ctx, s, s->size);
+}
+
+void rti_snapshot_each(const rti_snapshot *s, rti_chunk_visit visit, void *data)
+{
+    for (uint32_t i = 0; i < s->group_count; i++) {
+        const rti_part_group *g = &s->groups[i];
+        visit(data, g->group, i);
+        if (g->attribute)
+            visit(data, g->attribute, i);
+        visit(data, g->geometry, i);
+        for (uint32_t k = 1; k < RTI_TREE_KINDS; k++) {
+            if (g->tree[k])
+                visit(data, g->tree[k], i);
+        }
+    }
+    visit(data, s->top, RTK_INVALID);
+    for (uint32_t k = 1; k < RTI_TREE_KINDS; k++) {
+        if (s->top_tree[k])
+            visit(data, s->top_tree[k], RTK_INVALID);
+    }
+    visit(data, s->materials, RTK_INVALID);
+    for (uint32_t i = 0; i < s->texture_count; i++)
+        visit(data, s->textures[i], RTK_INVALID);
+    visit(data, s->lights, RTK_INVALID);
+    visit(data, s->world, RTK_INVALID);
+}
+
+/* ---- the view ---- */
+
+static rtk_tree tree_view(const rti_chunk *chunk)
+{
+    rtk_tree none;
+    if (chunk)
+        return rti_tree_view(chunk->data);
+    memset(&none, 0, sizeof none);
+    return none;
+}
+
+static rtk_vec3 vec(const float p[3])
+{
+    return rtk_v3(p[0], p[1], p[2]);
+}
+
+static rtk_group group_view(const rti_part_group *part)
+{
+    const rtk_group_header *head = part->group->data;
+    const rtk_geometry_header *geometry = part->geometry->data;
+    rtk_group g;
+    memset(&g, 0, sizeof g);
+    g.lo = vec(head->lo);
+    g.hi = vec(head->hi);
+    g.scale = head->scale;
+    g.tri_count = head->tri_count;
+    g.shape_count = head->shape_count;
+    g.plane_count = head->plane_count;
+    g.tris = rti_chunk_at(part->group, head->off_tris);
+    g.shapes = rti_chunk_at(part->group, head->off_shapes);
+    g.planes = rti_chunk_at(part->group, head->off_planes);
+    g.geoms = rti_chunk_at(part->geometry, geometry->off_geoms);
+    g.geom_count = geometry->geom_count;
+    g.attributes = part->attribute ? part->attribute->data : NULL;
+    g.kdtree = tree_view(part->tree[RTK_TREE_KD]);
+    g.octree = tree_view(part->tree[RTK_TREE_OCTREE]);
+    return g;
+}
+
+static void view_top(rti_snapshot *s)
+{
+    const rtk_top_header *top = s->top->data;
+    rtk_scene *v = &s->view;
+    v->instance_count = top->instance_count;
+    v->unbounded_count = top->unbounded_count;
+    v->instances = rti_chunk_at(s->top, top->off_instances);
+    v->unbounded = rti_chunk_at(s->top, top->off_unbounded);
+    v->top_lo = vec(top->lo);
+    v->top_hi = vec(top->hi);
+    v->top_scale = top->scale;
+    v->top_kdtree = tree_view(s->top_tree[RTK_TREE_KD]);
+    v->top_octree = tree_view(s->top_tree[RTK_TREE_OCTREE]);
+}
+
+static uint32_t scene_flags(const rtk_scene *v)
+{
+    uint32_t flags = 0;
+    for (uint32_t i = 0; i < v->material_count; i++) {
+        uint32_t m = v->materials[i].flags;
+        flags |= (m & RTK_MAT_TRANSPARENT) && !(m & RTK_MAT_OPAQUE_SHADOW) ? RTK_SCENE_TRANSPARENT : 0u;
+    }
+    for (uint32_t k = 0; k < v->group_count; k++) {
+        for (uint32_t i = 0; i < v->groups[k].geom_count; i++)
+            flags |= v->groups[k].geoms[i].flags & RTK_GEOM_ALPHA ? RTK_SCENE_ALPHA : 0u;
+    }
+    return flags;
+}
+
+void rti_snapshot_finish(rti_snapshot *s)
+{
+    const rtk_material_header *materials = s->materials->data;
+    const rtk_light_header *lights = s->lights->data;
+    rtk_scene *v = &s->view;
+    memset(v, 0, sizeof *v);
+    for (uint32_t i = 0; i < s->group_count; i++)
+        s->view_groups[i] = group_view(&s->groups[i]);
+    for (uint32_t i = 0; i < s->texture_count; i++)
+        s->view_textures[i].head = s->textures[i]->data;
+    v->groups = s->view_groups;
+    v->group_count = s->group_count;
+    view_top(s);
+    v->materials = rti_chunk_at(s->materials, materials->off_materials);
+    v->material_count = materials->material_count;
+    v->textures = s->view_textures;
+    v->texture_count = s->texture_count;
+    v->lights = rti_chunk_at(s->lights, lights->off_lights);
+    v->light_count = lights->light_count;
+    v->world = s->world->data;
+    v->flags = scene_flags(v);
+}
+
+const rtk_scene *rti_snapshot_view(const rti_snapshot *snapshot)
+{
+    return &snapshot->view;
+}
+
+const struct rti_tracer *rti_snapshot_tracer(const rti_snapshot *snapshot)
+{
+    return snapshot->tracer;
+}
+
+static void add_bytes(void *data, const rti_chunk *chunk, uint32_t group)
+{
+    (void)group;
+    *(uint64_t *)data += chunk->size;
+}
+
+uint64_t rti_snapshot_bytes(const rti_snapshot *snapshot)
+{
+    uint64_t bytes = snapshot->size;
+    rti_snapshot_each(snapshot, add_bytes, &bytes);
+    return bytes;
+}
+
+void rti_snapshot_bounds(const rti_snapshot *snapshot, rtk_vec3 *lo, rtk_vec3 *hi)
+{
+    const rtk_scene *v = &snapshot->view;
+    *lo = v->groups[0].lo;
+    *hi = v->groups[0].hi;
+    for (uint32_t i = 0; i < v->instance_count; i++) {
+        const rtk_instance *inst = &v->instances[i];
+        if (!(inst->lo[0] <= inst->hi[0]))
+            continue;
+        *lo = rtk_v3(rtk_min(lo->x, inst->lo[0]), rtk_min(lo->y, inst->lo[1]), rtk_min(lo->z, inst->lo[2]));
+        *hi = rtk_v3(rtk_max(hi->x, inst->hi[0]), rtk_max(hi->y, inst->hi[1]), rtk_max(hi->z, inst->hi[2]));
+    }
+}
+
+static void add_hash(void *data, const rti_chunk *chunk, uint32_t group)
+{
+    if (chunk->kind == RTK_CHUNK_TREE)
+        return;
+    rti_hasher_add(data, &group, sizeof group);
+    rti_hasher_add(data, &chunk->hash, sizeof chunk->hash);
+}
+
+rti_hash rti_snapshot_hash(const rti_snapshot *snapshot)
+{
+    rti_hasher h;
+    rti_hasher_init(&h);
+    rti_snapshot_each(snapshot, add_hash, &h);
+    return rti_hasher_end(&h);
+}
