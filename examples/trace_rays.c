@@ -42,15 +42,17 @@ static void shade_row(const rt_scene *scene, const rt_image *image, uint32_t y, 
     uint32_t width = rt_image_width(image), height = rt_image_height(image);
     for (uint32_t x = 0; x < width; ++x) {
         float u = (2 * ((float)x + 0.5f) - (float)width) / (float)height, v = 1 - 2 * ((float)y + 0.5f) / (float)height;
-        rays[x] = (rt_ray){{0, 1.4f, 3.6f}, 0, {0.55f * u, 0.55f * v - 0.32f, -1}, INFINITY, RT_MASK_ALL};
+        rays[x] = (rt_ray){{0, 1.3f, 3.1f}, 0, {0.46f * u, 0.46f * v - 0.26f, -1}, INFINITY, RT_MASK_ALL};
     }
     rt_scene_intersect(scene, rays, hits, width);
     for (uint32_t x = 0; x < width; ++x) {
         rt_surface at;
         float *pixel = out + 4 * (size_t)x;
-        pixel[0] = pixel[1] = pixel[2] = 0;
-        pixel[3] = hits[x].geom_id != RT_INVALID_ID;
-        if (pixel[3] == 0)
+        pixel[0] = 0.75f - 0.9f * rays[x].dir.y; /* the sky */
+        pixel[1] = 0.85f - 0.6f * rays[x].dir.y;
+        pixel[2] = 0.95f;
+        pixel[3] = 1;
+        if (hits[x].geom_id == RT_INVALID_ID)
             continue;
         rt_scene_surface(scene, &rays[x], &hits[x], &at);
         float lit = fmaxf(0, dot(at.ns, to_light)), tone = hits[x].geom_id == 0 ? (float)at.face_id / BALLS : 0.5f;
