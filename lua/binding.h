@@ -98,6 +98,10 @@ rt_image *rtl_check_image(lua_State *L, int arg, rtl_context **context);
 void *rtl_image_new(lua_State *L, rtl_context *c);
 void rtl_image_put(lua_State *L, void *userdata, rt_image *image);
 
+/** Descriptors from the checked fields of the table at `index`. Their strings are pinned by the table. [-0, +0], raises. */
+rt_render_desc rtl_render_fields(lua_State *L, int index);
+rt_save_desc rtl_save_fields(lua_State *L, int index);
+
 void rtl_open_buffer(lua_State *L);
 void rtl_open_scene(lua_State *L);
 void rtl_open_commit(lua_State *L);
@@ -107,6 +111,7 @@ void rtl_open_world(lua_State *L);
 void rtl_open_query(lua_State *L);
 void rtl_open_image(lua_State *L);
 void rtl_open_job(lua_State *L);
+void rtl_open_render_file(lua_State *L);
 void rtl_open_maths(lua_State *L);
 
 /* ---- embedded Lua files, made at build time by embed.cmake ---- */

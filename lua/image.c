@@ -90,23 +90,29 @@ static int load(lua_State *L)
     return 1;
 }
 
+rt_save_desc rtl_save_fields(lua_State *L, int t)
+{
+    static const char *const tones[] = {"none", "filmic", NULL};
+    rt_save_desc d = rt_save_desc_default();
+    int tone = (int)d.tone, text = 1;
+    rtl_field_string(L, t, "format", &d.format);
+    rtl_field_float(L, t, "exposure", &d.exposure);
+    rtl_field_choice(L, t, "tone", tones, &tone);
+    rtl_field_u32(L, t, "bits", &d.bits);
+    rtl_field_u32(L, t, "quality", &d.quality);
+    rtl_field_bool(L, t, "alpha", &d.alpha);
+    rtl_field_bool(L, t, "text", &text);
+    d.tone = (rt_tone)tone;
+    d.no_text = !text;
+    return d;
+}
+
 /* image_save(image, path, fields) */
 static int save(lua_State *L)
 {
-    static const char *const tones[] = {"none", "filmic", NULL};
     handle *h = check(L, 1);
     const char *path = rtl_check_path(L, 2);
-    rt_save_desc d = rt_save_desc_default();
-    int tone = (int)d.tone, text = 1;
-    rtl_field_string(L, 3, "format", &d.format);
-    rtl_field_float(L, 3, "exposure", &d.exposure);
-    rtl_field_choice(L, 3, "tone", tones, &tone);
-    rtl_field_u32(L, 3, "bits", &d.bits);
-    rtl_field_u32(L, 3, "quality", &d.quality);
-    rtl_field_bool(L, 3, "alpha", &d.alpha);
-    rtl_field_bool(L, 3, "text", &text);
-    d.tone = (rt_tone)tone;
-    d.no_text = !text;
+    rt_save_desc d = rtl_save_fields(L, 3);
     rtl_check(L, h->context, rt_image_save(h->image, path, &d));
     return 0;
 }

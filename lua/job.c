@@ -65,7 +65,7 @@ static void set_text(lua_State *L, const char *key, const char *value)
     lua_setfield(L, -2, key);
 }
 
-static rt_render_desc fields(lua_State *L, int t)
+rt_render_desc rtl_render_fields(lua_State *L, int t)
 {
     rt_render_desc d = rt_render_desc_default();
     int filter = (int)d.filter, schedule = (int)d.schedule;
@@ -119,7 +119,7 @@ static int start(lua_State *L)
     rtl_context *c;
     rt_scene *scene = rtl_check_scene(L, 1, &c);
     luaL_checktype(L, 2, LUA_TTABLE);
-    rt_render_desc d = fields(L, 2);
+    rt_render_desc d = rtl_render_fields(L, 2);
     int preview = 0;
     rtl_field_bool(L, 2, "preview", &preview);
     handle *h = lua_newuserdatauv(L, sizeof *h, 1);
@@ -144,7 +144,7 @@ static int render_memory(lua_State *L)
 {
     rtl_context *c;
     rt_scene *scene = rtl_check_scene(L, 1, &c);
-    rt_render_desc d = fields(L, 2);
+    rt_render_desc d = rtl_render_fields(L, 2);
     uint64_t bytes = rt_render_memory(scene, &d);
     if (bytes == 0) {
         rtl_check(L, c, RT_ERROR_ARGUMENT);

@@ -1,5 +1,5 @@
 /* Radiance HDR: RGBE, rows run-length coded channel by channel where the format allows it (8 ... 32767 pixels a row).
- * Source: G. Ward, "Real Pixels", Graphics Gems II, 1991. Mantissas are rounded to nearest, not cut. */
+ * Source: G. Ward, "Real Pixels", Graphics Gems II, 1991. Mantissas are rounded to nearest, not cut, but for those above 255. */
 #include "save_formats.h"
 
 #include <string.h>
@@ -43,10 +43,6 @@ static void to_rgbe(const float *rgb, uint8_t *to)
         scale *= 2.0;
     for (int i = e; i > 8; i--)
         scale *= 0.5;
-    if ((double)most * scale >= 255.5 && e < 127) {
-        e++;
-        scale *= 0.5;
-    }
     for (int c = 0; c < 3; c++) {
         double m = (double)rgb[c] * scale + 0.5;
         to[c] = (uint8_t)(m < 255.0 ? m : 255.0);

@@ -14,6 +14,7 @@ function run.new(path, options)
     set = options and options.set,                     -- name of the chosen set
     settings = options and options.settings or {},     -- what the command line sets
     params = {}, sets = {}, used = {},
+    files = {}, -- what the script named or required, besides itself
   }
 end
 
@@ -24,7 +25,10 @@ end
 -- A file name in a script is relative to the script.
 function run.resolve(name)
   if current and name:sub(1, 1) ~= "/" and name ~= "-" then
-    return current.folder .. name
+    name = current.folder .. name
+  end
+  if current then
+    current.files[#current.files + 1] = name
   end
   return name
 end
@@ -46,8 +50,10 @@ function run.call(r, f, ...)
   local results = table.pack(pcall(f, ...))
   current, package.path = before_run, before_path
   for name in next, package.loaded do
-    if type(name) == "string" and not loaded[name] and not package.preload[name] and package.searchpath(name, own) then
+    local file = type(name) == "string" and not loaded[name] and not package.preload[name] and package.searchpath(name, own)
+    if file then
       package.loaded[name] = nil
+      r.files[#r.files + 1] = file
     end
   end
   if not results[1] then

@@ -3,6 +3,7 @@
 local core = require "rt.core"
 local check = require "rt.check"
 local class = require "rt.class"
+local image = require "rt.image"
 local items = require "rt.items"
 local job = require "rt.job"
 local log = require "rt.log"
@@ -335,6 +336,33 @@ function scene.render(self, t)
     check.fail("rt.render: the first argument must be a scene; got %s", check.describe(self))
   end
   return self:render(t)
+end
+
+local file_fields = {
+  progress = check.callable, band_memory = check.integer { low = 0, high = math.maxinteger },
+  save = function(value, who, key)
+    return check.fields(check.plain_table(value, who .. ": " .. key, "{ tone = 'filmic' }"), image.save_fields, who .. ": " .. key)
+  end,
+}
+
+-- scene:render_to_file("big.png", { width = 32768, height = 32768, save = { tone = "filmic" }, band_memory = 2^28, progress = f }): renders by bands
+-- straight into a PNG, BMP, TGA or HDR file, so that images larger than the memory can be made. f(done) may end it by returning true: then
+-- false is returned and the file is as it was.
+function methods.render_to_file(self, path, t)
+  local who = "scene:render_to_file"
+  check.string(path, who, "the path")
+  local rest, given = {}, {}
+  for key, value in next, check.plain_table(t or {}, who, "{ width = 32768, height = 32768 }") do
+    if file_fields[key] then
+      rest[key] = file_fields[key](value, who, key)
+    else
+      given[key] = value
+    end
+  end
+  local values = self:effective((arguments_of(given, who)))
+  frame(self, values.width, values.height)
+  self:commit(values)
+  return core.render_to_file(self.handle, values, path, rest.save or {}, rest.band_memory or 0, rest.progress)
 end
 
 -- Bytes that a render would take beside the scene.

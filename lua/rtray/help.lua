@@ -90,7 +90,7 @@ function help.find(name)
   end
   local names = {}
   for _, c in ipairs(commands) do
-    names[#names + 1] = c.name
+    names[#names + 1] = not c.hidden and c.name or nil
   end
   local near = words.nearest(name, names)
   cli.fault(nil, "there is no command %s%s", types.quote(name), near and "; did you mean " .. near .. "?" or "")

@@ -25,7 +25,7 @@ local function dispatch(argv)
     output.write(help.of(command))
     return 0
   end
-  return require(command.module).run(command, values, arguments)
+  return require(command.module)[command.entry or "run"](command, values, arguments)
 end
 
 return function(argv)

@@ -1,7 +1,7 @@
 -- Every option of the program, once. commands.lua names the ones a command takes; help, completions and the parser read the same rows.
 -- type names a reader in types.lua; `setting` is the setting of a render that the option sets.
 
-local options = {}
+local options = { list = {} }
 
 local function row(key, names, type, value, help, more)
   local option = { key = key, names = names, type = type, value = value, help = help }
@@ -9,15 +9,13 @@ local function row(key, names, type, value, help, more)
     option[k] = v
   end
   options[key] = option
+  options.list[#options.list + 1] = option
 end
-
-local MOST = 2 ^ 31 | 0
 
 row("help", { "-h", "--help" }, nil, nil, "show the command's help")
 row("output", { "-o", "--output" }, "file", "FILE", "write to FILE; - is standard output")
 row("define", { "-D", "--define" }, "define", "NAME=VALUE", "set a declared parameter of the script (repeatable)", { many = true })
 row("set", { "--set" }, "text", "NAME", "choose one of the script's parameter sets")
-row("frame", { "--frame" }, "count", "N", "frame of an animation, from 0", { low = 0, high = MOST })
 
 row("size", { "-s", "--size" }, "size", "WxH", "size of the image in pixels")
 row("samples", { "-n", "--samples" }, "count", "N", "samples a pixel", { low = 1, high = 65536, setting = "samples" })
@@ -36,7 +34,7 @@ row("builder", { "--builder" }, "choice", "NAME", "builder of the kd-tree", {
   choices = { "auto", "exact", "binned", "paper" }, setting = "builder",
 })
 row("max_depth", { "--max-depth" }, "count", "N", "bounces at most", { low = 0, high = 64, setting = "max_depth" })
-row("seed", { "--seed" }, "seed", "N", "seed of the samples and of the script's math.random")
+row("seed", { "--seed" }, "seed", "N", "seed of the samples and of the script's math.random", { setting = "seed" })
 row("shadow_samples", { "--shadow-samples" }, "count", "N", "rays to a spherical light a hit; 0: chosen", {
   low = 0, high = 65536, setting = "shadow_samples",
 })
@@ -44,7 +42,7 @@ row("opaque_shadows", { "--opaque-shadows" }, nil, nil, "transparent bodies cast
 row("no_shadows", { "--no-shadows" }, nil, nil, "lights are never shadowed")
 row("filter", { "--filter" }, "choice", "NAME", "pixel filter", { choices = { "box", "gaussian" }, setting = "filter" })
 row("crop", { "--crop" }, "crop", "X,Y,W,H", "render this part of the image only", { setting = "crop" })
-row("memory_limit", { "--memory-limit" }, "bytes", "BYTES", "memory the render may take, as in 512M or 2G")
+row("memory_limit", { "--memory-limit" }, "bytes", "BYTES", "memory the render may take, as in 512M or 2G", { setting = "memory_limit" })
 
 row("exposure", { "--exposure" }, "number", "STOPS", "brighten by 2^STOPS when saving", { low = -32, high = 32, save = true })
 row("tone", { "--tone" }, "choice", "CURVE", "tone curve when saving", { choices = { "none", "filmic" }, save = true })

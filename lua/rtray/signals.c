@@ -88,8 +88,8 @@ static int defer(lua_State *L)
 /* forgive(): forgets a SIGINT (the reader of lines goes on after it). */
 static int forgive(lua_State *L)
 {
-    (void)L;
     caught = 0;
+    lua_sethook(L, NULL, 0, 0);
     return 0;
 }
 

@@ -1,6 +1,9 @@
 # One line a unit test, sorted.
 librt_unit_test(base THREADS)
 librt_unit_test(image)
+librt_unit_test(image_read support/fixture.c)
+librt_unit_test(image_save support/fixture.c)
+librt_unit_test(import_ply support/fixture.c)
 librt_unit_test(kernel_maths)
 librt_unit_test(kernel_rng)
 librt_unit_test(kernel_shapes)

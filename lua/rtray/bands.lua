@@ -1,0 +1,49 @@
+-- rtray render --bands: straight into the file, for images larger than the memory.
+
+local sys = require "rtray.sys"
+local json = require "rtray.json"
+local output = require "rtray.output"
+local progress = require "rtray.progress"
+
+local bands = {}
+
+function bands.render(opened, target, values)
+  local scene = opened.scene
+  local settings = scene:effective()
+  local shown = progress.new(values, target.path)
+  local begun = sys.now()
+  sys.defer(true)
+  local at = 0
+  local whole = scene:render_to_file(target.path, {
+    save = target.save, band_memory = values.band_memory,
+    progress = function(done)
+      at = done
+      shown:update(done)
+      return sys.interrupted() ~= nil
+    end,
+  })
+  shown:clear()
+  if not whole then
+    output.note("rtray render: interrupted at %d%%; an image in bands is written whole or not at all: %s is as it was", math.floor(at * 100),
+      target.path)
+    return 1
+  end
+  sys.defer(false)
+  local seconds = sys.now() - begun
+  if values.json then
+    output.print("%s", json.encode(json.object():set("output", target.path):set("width", settings.width):set("height", settings.height)
+      :set("seconds", seconds)))
+  elseif not values.quiet then
+    output.note("%s: %dx%d in bands, %s", target.path, settings.width, settings.height, output.seconds(seconds))
+  end
+  return 0
+end
+
+-- Does a render at once take more than the memory there is (or the limit the user set)?
+function bands.needed(scene)
+  local limit = scene:effective().memory_limit or 0
+  local free = require("rt").machine().memory_available
+  return scene:memory() > (limit > 0 and math.min(limit, free) or free)
+end
+
+return bands

@@ -1,0 +1,59 @@
+-- rtray compare A B
+
+local output = require "rtray.output"
+local json = require "rtray.json"
+local files = require "rtray.files"
+local types = require "rtray.types"
+
+local compare = {}
+
+local function number(x)
+  return x == math.huge and "infinite" or ("%.6g"):format(x)
+end
+
+local function print_text(a, b, d, equal, pixels)
+  if d.differing == 0 then
+    output.print("%s and %s are equal in every bit", types.quote(a), types.quote(b))
+    return
+  end
+  output.print("differing pixels   %s of %s (%.3g%%)", output.count(d.differing), output.count(pixels), 100 * d.differing / pixels)
+  output.print("first              %d, %d", d.first[1], d.first[2])
+  output.print("largest difference %s", number(d.max))
+  output.print("mean squared error %s", number(d.mse))
+  output.print("PSNR               %s dB", number(d.psnr))
+  if equal then
+    output.print("within the tolerance")
+  end
+end
+
+function compare.run(_, values, arguments)
+  local rt = require "rt"
+  if values.map then
+    files.check_output(values.map)
+  end
+  local name_a, name_b = arguments[1], arguments[2]
+  local a, b = rt.image(name_a), rt.image(name_b)
+  local aw, ah = a:size()
+  local bw, bh = b:size()
+  if aw ~= bw or ah ~= bh then
+    if not values.quiet then
+      output.print("the sizes differ: %s is %dx%d, %s is %dx%d", types.quote(name_a), aw, ah, types.quote(name_b), bw, bh)
+    end
+    return 4
+  end
+  local d = a:compare(b, values.map ~= nil)
+  local equal = d.differing == 0 or values.tolerance ~= nil and d.max <= values.tolerance
+  if values.map then
+    d.map:save(values.map)
+  end
+  if values.json then
+    local first = d.first and { d.first[1], d.first[2] } or nil
+    output.print("%s", json.encode(json.object():set("equal", equal):set("pixels", aw * ah):set("differing", d.differing):set("first", first)
+      :set("max", d.max):set("mse", d.mse):set("psnr", d.psnr)))
+  elseif not values.quiet then
+    print_text(name_a, name_b, d, equal, aw * ah)
+  end
+  return equal and 0 or 4
+end
+
+return compare

@@ -1,0 +1,146 @@
+-- rtray info: what this build is; rtray info SCENE: what the scene holds, the memory it takes, its trees.
+
+local json = require "rtray.json"
+local output = require "rtray.output"
+local source = require "rtray.source"
+
+local info = {}
+
+function info.version()
+  output.print("rtray %s", require("rt").version)
+  return 0
+end
+
+-- "lua=5.4 stb=yes png=yes" as pairs, in its order.
+local function build_parts(text)
+  local parts = {}
+  for key, value in text:gmatch "(%S+)=(%S+)" do
+    parts[#parts + 1] = { key, value }
+  end
+  return parts
+end
+
+local function names_of(list)
+  local names = {}
+  for i, row in ipairs(list) do
+    names[i] = row.name
+  end
+  return names
+end
+
+local function build(values)
+  local rt = require "rt"
+  local machine = rt.machine()
+  local integrators, tracers = names_of(rt.integrators()), names_of(rt.tracers())
+  if values.json then
+    local parts = json.object()
+    for _, pair in ipairs(build_parts(rt.build)) do
+      parts:set(pair[1], pair[2])
+    end
+    output.print("%s", json.encode(json.object():set("version", rt.version):set("build", parts):set("cpus", machine.cpus)
+      :set("workers", machine.workers):set("memory_available", machine.memory_available):set("integrators", integrators):set("tracers", tracers)))
+    return 0
+  end
+  output.print("librt %s (%s), %s", rt.version, rt.build, _VERSION)
+  output.print("cpus        %d", machine.cpus)
+  output.print("memory      %s free", output.bytes(machine.memory_available))
+  output.print("integrators %s", table.concat(integrators, ", "))
+  output.print("tracers     %s", table.concat(tracers, ", "))
+  return 0
+end
+
+-- ---- a scene ----
+
+local COUNTS = {
+  { "triangles", "triangles" }, { "shapes", "shapes" }, { "planes", "planes" }, { "geometries", "geometries" }, { "instances", "instances" },
+  { "lights", "lights" }, { "materials", "materials" }, { "textures", "textures" },
+}
+local BYTES = {
+  { "geometry_bytes", "geometry" }, { "attribute_bytes", "attributes" }, { "texture_bytes", "textures" }, { "tree_bytes", "trees" },
+  { "total_bytes", "scene" },
+}
+
+local function ratio(a, b)
+  return b > 0 and a / b or 0
+end
+
+-- The columns of paper 002's table 2, and SAH cost and bytes. A tree a row.
+local HEAD = {
+  "tree", "group", "primitives", "references", "growth", "build", "depth", "nodes", "leaves", "empty", "empty%", "largest", "SAH", "bytes",
+}
+
+local function tree_row(t)
+  return {
+    t.name, tostring(t.group), output.count(t.primitives), output.count(t.references), ("%.2f"):format(ratio(t.references, t.primitives)),
+    output.seconds(t.build_seconds), tostring(t.depth), output.count(t.nodes), output.count(t.leaves), output.count(t.empty_leaves),
+    ("%.1f"):format(100 * ratio(t.empty_leaves, t.leaves)), tostring(t.largest_leaf), ("%.2f"):format(t.sah_cost), output.bytes(t.bytes),
+  }
+end
+
+local function tree_json(t)
+  return json.object():set("name", t.name):set("group", t.group):set("primitives", t.primitives):set("references", t.references)
+    :set("growth", ratio(t.references, t.primitives)):set("build_seconds", t.build_seconds):set("depth", t.depth):set("nodes", t.nodes)
+    :set("leaves", t.leaves):set("empty_leaves", t.empty_leaves):set("empty_ratio", ratio(t.empty_leaves, t.leaves))
+    :set("largest_leaf", t.largest_leaf):set("sah_cost", t.sah_cost):set("bytes", t.bytes)
+end
+
+local function scene_json(path, facts, memory, settings, scene)
+  local object = json.object():set("scene", path):set("hash", scene:hash())
+  for _, list in ipairs { COUNTS, BYTES } do
+    for _, row in ipairs(list) do
+      object:set(row[1], facts[row[1]])
+    end
+  end
+  local trees = {}
+  for i, t in ipairs(facts.trees) do
+    trees[i] = tree_json(t)
+  end
+  object:set("render_bytes", memory):set("width", settings.width):set("height", settings.height):set("samples", settings.samples)
+  return object:set("trees", trees)
+end
+
+local function scene_text(path, facts, memory, settings, low, high)
+  output.print("%s", path)
+  for _, row in ipairs(COUNTS) do
+    if facts[row[1]] > 0 then
+      output.print("%-11s %s", row[2], output.count(facts[row[1]]))
+    end
+  end
+  if low then
+    output.print("%-11s %g %g %g ... %g %g %g", "box", low[1], low[2], low[3], high[1], high[2], high[3])
+  end
+  output.print("memory")
+  for _, row in ipairs(BYTES) do
+    output.print("  %-11s %s", row[2], output.bytes(facts[row[1]]))
+  end
+  output.print("  %-11s %s for %dx%d (free: %s)", "render", output.bytes(memory), settings.width, settings.height,
+    output.bytes(require("rt").machine().memory_available))
+  if #facts.trees == 0 then
+    output.print("no trees: nothing in it needs one")
+    return
+  end
+  local rows = { HEAD }
+  for _, t in ipairs(facts.trees) do
+    rows[#rows + 1] = tree_row(t)
+  end
+  output.table(rows, { true, true })
+end
+
+function info.run(command, values, arguments)
+  local path = arguments[1]
+  if not path then
+    return build(values)
+  end
+  local scene = source.open(path, values, command, { accel = table.concat(values.tracers_list or { "kdtree", "octree" }, ",") }).scene
+  local facts = scene:info()
+  local memory = scene:memory()
+  local settings = scene:effective()
+  if values.json then
+    output.print("%s", json.encode(scene_json(path, facts, memory, settings, scene)))
+  else
+    scene_text(path, facts, memory, settings, scene:bounds())
+  end
+  return 0
+end
+
+return info

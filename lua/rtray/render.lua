@@ -1,0 +1,159 @@
+-- rtray render SCENE
+
+local sys = require "rtray.sys"
+local bands = require "rtray.bands"
+local cli = require "rtray.cli"
+local files = require "rtray.files"
+local json = require "rtray.json"
+local output = require "rtray.output"
+local options = require "rtray.options"
+local progress = require "rtray.progress"
+local report = require "rtray.report"
+local source = require "rtray.source"
+local types = require "rtray.types"
+local watch = require "rtray.watch"
+
+local render = {}
+
+local PREVIEW_EVERY = 2 -- seconds
+local FORMATS = { png = "png", jpg = "jpg", jpeg = "jpg", bmp = "bmp", tga = "tga", hdr = "hdr" }
+
+-- Where the image goes and how it is written: { path, save, rows }; rows: the format can be written band by band.
+local function target_of(command, values, path)
+  local out = values.output or files.stem_of(path) .. ".png"
+  local save = {}
+  for _, option in ipairs(options.list) do
+    if option.save then
+      save[option.key] = values[option.key]
+    end
+  end
+  save.bits = save.bits and math.tointeger(tonumber(save.bits))
+  if out == "-" then
+    save.format = save.format or "png"
+  elseif not save.format and not FORMATS[files.ending_of(out)] then
+    cli.fault(command, "the ending of %s names no image format; known are .png, .jpg, .bmp, .tga, .hdr (or --format says it)", types.quote(out))
+  end
+  if out == "-" and (values.json or values.watch) then
+    cli.fault(command, "-o - and %s both want standard output", values.json and "--json" or "--watch")
+  end
+  files.check_output(out)
+  if values.preview then
+    if not FORMATS[files.ending_of(values.preview)] then
+      cli.fault(command, "the ending of %s names no image format; known are .png, .jpg, .bmp, .tga, .hdr", types.quote(values.preview))
+    end
+    files.check_output(values.preview)
+  end
+  local format = save.format or FORMATS[files.ending_of(out)]
+  return { path = out, save = save, rows = format ~= "jpg" }
+end
+
+local function rays_of(job)
+  return function()
+    return job:stats().rays
+  end
+end
+
+-- Waits for the job with progress, previews, an eye on signals and (stale) on changed files. Returns its state and progress.
+local function attend(job, values, shown, stale)
+  local next_preview = sys.now() + PREVIEW_EVERY
+  local asked
+  while true do
+    local state, done = job:wait(0.1)
+    if state ~= "running" then
+      shown:clear()
+      return state, done
+    end
+    shown:update(done, rays_of(job))
+    if not asked and (sys.interrupted() or stale and stale()) then
+      asked = true
+      job:cancel()
+    end
+    if values.preview and sys.now() >= next_preview then
+      job:image():save(values.preview)
+      next_preview = sys.now() + PREVIEW_EVERY
+    end
+  end
+end
+
+-- What the file says about itself. Only what decides the picture: equal pictures make equal files, however they were computed.
+local function describe(image, opened, settings)
+  local rt = require "rt"
+  image:set_text("Software", "librt " .. rt.version)
+  image:set_text("Scene", types.quote(files.name_of(opened.run.path)):sub(2, -2))
+  image:set_text("Settings", json.encode(report.picture_settings(settings)))
+  if #opened.run.params > 0 then
+    image:set_text("Parameters", json.encode(report.parameter_values(opened.run)))
+  end
+  image:set_text("Hash", image:hash())
+end
+
+local function interrupted(target, done, saved)
+  local percent = math.floor(done * 100)
+  if not saved then
+    output.note("rtray render: interrupted at %d%%; nothing was finished, so nothing was written", percent)
+  else
+    output.note("rtray render: interrupted at %d%%; what is finished is in %s, the rest is transparent black. The same command renders it whole.",
+      percent, types.quote(target.path))
+  end
+  return 1 -- the signal ends the process, see main.c
+end
+
+local function finish(opened, job, target, values)
+  local image, stats = job:image(), job:stats()
+  describe(image, opened, job.settings)
+  image:save(target.path, target.save)
+  if values.preview then
+    image:save(values.preview)
+  end
+  local note = target.path == "-" and output.note or output.print
+  if values.json then
+    output.print("%s", json.encode(report.render_json(target.path, image, job.settings, stats)))
+    return
+  end
+  if values.stats then
+    report.print_stats(note, stats)
+  end
+  if not values.quiet then
+    output.note("%s", report.render_line(target.path, image, job.settings, stats))
+  end
+end
+
+-- Renders once. `stale` (or nil) says that the scene's files have changed, so that this render is pointless.
+local function once(opened, target, values, stale)
+  local scene = opened.scene
+  if values.settings then
+    report.print_settings(target.path == "-" and output.note or output.print, scene:effective())
+  end
+  if values.bands or target.rows and bands.needed(scene) then
+    return bands.render(opened, target, values)
+  end
+  local job <close> = scene:start { preview = values.preview ~= nil }
+  sys.defer(true)
+  local state, done = attend(job, values, progress.new(values, target.path), stale)
+  if state == "cancelled" and not sys.interrupted() then
+    sys.defer(false)
+    return nil -- stale
+  elseif state == "cancelled" then
+    local some = job:stats().tiles_done > 0
+    if some then
+      job:image():save(target.path, target.save)
+    end
+    return interrupted(target, done, some)
+  end
+  finish(opened, job, target, values)
+  sys.defer(false)
+  return 0
+end
+
+function render.run(command, values, arguments)
+  local path = arguments[1]
+  local target = target_of(command, values, path)
+  if values.watch then
+    return watch.run(path, values, command, function(opened, stale)
+      return once(opened, target, values, stale)
+    end)
+  end
+  return once(source.open(path, values, command), target, values)
+end
+
+return render

@@ -1,0 +1,111 @@
+-- What a render tells about itself: the closing line, statistics, settings, as text and as JSON.
+
+local json = require "rtray.json"
+local output = require "rtray.output"
+
+local report = {}
+
+-- Settings that change no bit of the picture.
+local ARRANGEMENT = {
+  workers = true, tile = true, schedule = true, tracer = true, memory_limit = true, accel = true, builder = true, tree_depth = true, leaf_size = true,
+  cost_traverse = true, cost_intersect = true, empty_bonus = true, duplication = true, preview = true,
+}
+
+local KINDS = { "camera", "shadow", "reflect", "refract", "diffuse", "ao" }
+
+local function setting_list()
+  return require("rt").settings()
+end
+
+local function plain(value)
+  if type(value) == "table" and value.width then
+    return json.object():set("x", value.x):set("y", value.y):set("width", value.width):set("height", value.height)
+  end
+  return value
+end
+
+function report.picture_settings(settings)
+  local object = json.object()
+  for _, row in ipairs(setting_list()) do
+    if not ARRANGEMENT[row.name] then
+      object:set(row.name, plain(settings[row.name]))
+    end
+  end
+  return object
+end
+
+local function parameter(value)
+  if type(value) == "table" or type(value) == "userdata" then
+    return { value[1] or value.x, value[2] or value.y, value[3] or value.z }
+  end
+  return value
+end
+report.parameter = parameter
+
+function report.parameter_values(run)
+  local object = json.object()
+  for _, p in ipairs(run.params) do
+    object:set(p.name, parameter(p.value))
+  end
+  return object
+end
+
+function report.render_json(path, image, settings, stats)
+  local width, height = image:size()
+  local rays = json.object()
+  for _, kind in ipairs(KINDS) do
+    rays:set(kind, stats["rays_" .. kind])
+  end
+  local workers = {}
+  for i, w in ipairs(stats.per_worker) do
+    workers[i] = json.object():set("busy_seconds", w.busy_seconds):set("cpu_seconds", w.cpu_seconds):set("rays", w.rays):set("tiles", w.tiles)
+  end
+  return json.object():set("output", path):set("width", width):set("height", height):set("hash", image:hash())
+    :set("settings", report.picture_settings(settings)):set("tracer", settings.tracer):set("tile", settings.tile)
+    :set("seconds", stats.seconds):set("build_seconds", stats.build_seconds):set("rays", rays):set("nodes", stats.nodes)
+    :set("tests", stats.tests):set("clamped", stats.clamped):set("dropped", stats.dropped):set("memory", stats.memory):set("workers", workers)
+end
+
+function report.render_line(path, image, settings, stats)
+  local width, height = image:size()
+  local rate = stats.rays / math.max(stats.seconds, 1e-9)
+  local warning = stats.dropped > 0 and (", %s contributions were no numbers and left out"):format(output.count(stats.dropped)) or ""
+  local name = path == "-" and "standard output" or path
+  return ("%s: %dx%d, %d sample%s, %s, %s rays (%s/s), %d worker%s%s"):format(name, width, height, settings.samples,
+    settings.samples == 1 and "" or "s", output.seconds(stats.seconds), output.rate(stats.rays), output.rate(rate), stats.workers,
+    stats.workers == 1 and "" or "s", warning)
+end
+
+function report.print_stats(note, stats)
+  note("render   %s", output.seconds(stats.seconds))
+  note("trees    %s", output.seconds(stats.build_seconds))
+  for _, kind in ipairs(KINDS) do
+    local count = stats["rays_" .. kind]
+    if count > 0 then
+      note("%-8s %s rays", kind, output.count(count))
+    end
+  end
+  local rays = math.max(stats.rays, 1)
+  note("nodes    %s visited, %.1f a ray", output.count(stats.nodes), stats.nodes / rays)
+  note("tests    %s primitives, %.1f a ray", output.count(stats.tests), stats.tests / rays)
+  note("memory   %s", output.bytes(stats.memory))
+  note("clamped  %s, dropped %s", output.count(stats.clamped), output.count(stats.dropped))
+  for i, w in ipairs(stats.per_worker) do
+    note("worker %d busy %s of %s, cpu %s, %s rays, %s tiles", i - 1, output.seconds(w.busy_seconds), output.seconds(stats.seconds),
+      output.seconds(w.cpu_seconds), output.count(w.rays), output.count(w.tiles))
+  end
+end
+
+function report.print_settings(note, values, sources)
+  for _, row in ipairs(setting_list()) do
+    local value = values[row.name]
+    if type(value) == "table" then
+      value = ("%d,%d,%d,%d"):format(value.x, value.y, value.width, value.height)
+    end
+    if value ~= nil then
+      note("%-15s %-12s %s", row.name, tostring(value), sources[row.name] or "built in")
+    end
+  end
+end
+
+return report

@@ -1,0 +1,71 @@
+-- Opens a SCENE of the command line: runs a script with the parameters and settings the options give, reads an .sdf or mesh file.
+
+local sys = require "rtray.sys"
+local cli = require "rtray.cli"
+local types = require "rtray.types"
+local options = require "rtray.options"
+
+local source = {}
+
+-- The settings among the options, as the module names them.
+function source.settings(values)
+  local settings = {}
+  for _, option in ipairs(options.list) do
+    local value = values[option.key]
+    if option.setting and value ~= nil then
+      settings[option.setting] = value
+    end
+  end
+  if values.size then
+    settings.width, settings.height = values.size[1], values.size[2]
+  end
+  if values.no_shadows then
+    settings.shadows = false
+  end
+  return settings
+end
+
+local function overrides_of(values)
+  local overrides = {}
+  for _, define in ipairs(values.define or {}) do
+    overrides[define.name] = define.text
+  end
+  return overrides
+end
+
+-- Complaints about -D and --set are about the command line.
+local function blame(command, raised)
+  if type(raised) ~= "string" then
+    error(raised, 0)
+  end
+  local message = raised
+  if message:find("%-D[: ]") or message:find("--set", 1, true) then
+    cli.fault(command, "%s", message)
+  end
+  error(message, 0)
+end
+
+-- { scene, run } of what stands at `path`: the run has the script's parameters and sets.
+-- more: settings of the command's own, stronger than the options.
+function source.open(path, values, command, more)
+  local kind, why = sys.stat(path)
+  if kind ~= "file" and kind ~= "other" then
+    error({ status = 1, message = ("%s cannot be read: %s"):format(types.quote(path), kind and "it is a folder" or why) }, 0)
+  end
+  local rt = require "rt"
+  local settings = source.settings(values)
+  for name, value in pairs(more or {}) do
+    settings[name] = value
+  end
+  local ok, scene, run = pcall(rt.load, path, overrides_of(values), { set = values.set, settings = settings, seed = values.seed or 0 })
+  if not ok then
+    blame(command, scene)
+  end
+  if getmetatable(scene) == nil or getmetatable(scene).__name ~= "rt.scene" then
+    error({ status = 1, message = ("%s: the script returns a %s; it must return a scene, as in `return rt.scene { ... }`"):format(path,
+      type(scene)) }, 0)
+  end
+  return { scene = scene, run = run }
+end
+
+return source

@@ -1,0 +1,90 @@
+-- What the tests of the program share: running it with exact arguments, files of their own, reading what it wrote.
+-- RTRAY is the program, RTRAY_SOURCE the source tree, RTRAY_TMP a folder that may be filled.
+
+local support = {}
+
+local program = assert(os.getenv "RTRAY", "RTRAY must name the program")
+support.program = program
+support.source = assert(os.getenv "RTRAY_SOURCE", "RTRAY_SOURCE must name the source tree")
+local root = assert(os.getenv "RTRAY_TMP", "RTRAY_TMP must name a folder to write into")
+
+-- A word of the shell with exactly these bytes.
+function support.quote(text)
+  assert(not text:find "\0")
+  return "'" .. text:gsub("'", "'\\''") .. "'"
+end
+local quote = support.quote
+
+function support.read(path)
+  local file = assert(io.open(path, "rb"))
+  local text = file:read "a"
+  file:close()
+  return text
+end
+
+function support.write(path, text)
+  local file = assert(io.open(path, "wb"))
+  assert(file:write(text))
+  assert(file:close())
+  return path
+end
+
+function support.exists(path)
+  local file = io.open(path, "rb")
+  if file then
+    file:close()
+  end
+  return file ~= nil
+end
+
+local made = 0
+
+-- A new empty folder.
+function support.folder()
+  made = made + 1
+  local path = ("%s/%s_%d"):format(root, os.tmpname():match "[^/]*$", made)
+  assert(os.execute("mkdir -p " .. quote(path)))
+  return path
+end
+
+local here = support.folder()
+
+-- Runs a shell command line; gives { status, out, err }, the status 128 + n after signal n.
+function support.shell(line, cwd)
+  local out, err = here .. "/out", here .. "/err"
+  local _, how, code = os.execute(("cd %s && { %s; } >%s 2>%s </dev/null"):format(quote(cwd or here), line, quote(out), quote(err)))
+  return { status = how == "signal" and 128 + code or code, out = support.read(out), err = support.read(err) }
+end
+
+function support.command(args)
+  local parts = { quote(program) }
+  for _, arg in ipairs(args) do
+    parts[#parts + 1] = quote(arg)
+  end
+  return table.concat(parts, " ")
+end
+
+-- Runs the program: rtray { "render", path, cwd = folder, env = "NAME=value ", tail = "> /dev/full" }
+function support.rtray(args)
+  return support.shell((args.env or "") .. support.command(args) .. " " .. (args.tail or ""), args.cwd)
+end
+
+-- A scene that renders in milliseconds.
+support.SMALL = [[
+local rt = require "rt"
+local p = rt.params { size = { 1, min = 0.1, max = 2, help = "radius of the ball" }, sets = { large = { size = 2 } } }
+return rt.scene {
+  settings = { width = 40, height = 30, samples = 2 },
+  camera = rt.camera { eye = {0, 1, 5}, look_at = {0, 0, 0}, fov = 45 },
+  ambient = {0.2, 0.2, 0.2},
+  rt.point_light { at = {5, 5, 5} },
+  rt.sphere { center = {0, 0, 0}, radius = p.size, material = rt.classic { color = {0.9, 0.3, 0.2} } },
+  rt.plane { point = {0, -1, 0}, normal = {0, 1, 0} },
+}
+]]
+
+function support.small(folder, name)
+  return support.write((folder or support.folder()) .. "/" .. (name or "small.lua"), support.SMALL)
+end
+
+return support
