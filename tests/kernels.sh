@@ -22,7 +22,7 @@ cl_flags='-x cl -fsyntax-only -Wall -Wextra -Werror -Wno-unused-function -Xclang
 cl_flags="$cl_flags -Xclang -cl-ext=-cl_khr_fp64,-__opencl_c_fp64"
 have_clang=0
 command -v clang >/dev/null 2>&1 && have_clang=1
-for header in librt/kernel/*.h; do
+for header in librt/kernel/*.h tests/walks.h; do
     try "$header as C11" "$CC" -x c -std=c11 -fsyntax-only -Wall -Wextra -Wpedantic -Wdouble-promotion -Werror -Wno-unused-function "$header"
     [ "$have_clang" -eq 1 ] || continue
     for standard in CL1.2 CL3.0; do

@@ -135,9 +135,8 @@ static bool inside(uint64_t off, uint64_t count, uint64_t item, size_t size)
     return off >= sizeof(rtk_tree_header) && off % 64 == 0 && off <= size && count <= (size - off) / item;
 }
 
-/* Children stand behind their parent, and no node but the root is without exactly one parent: each child block is claimed by the
- * one before it in order of nodes only if blocks do not overlap. That is checked by depth: with children behind parents a cycle
- * is impossible, and a node that several parents share shows in the number of nodes that a walk from the root meets. */
+/* Children stand behind their parent, so there is no cycle; where parents share children, a walk from the root meets more nodes
+ * than there are. */
 static bool walk_valid(const rtk_tree_header *h)
 {
     rtk_tree t = rti_tree_view(h);

@@ -1,0 +1,410 @@
+/* Tree builders: what they promise for every input, the same bytes for any number of workers, failure at every allocation, broken
+ * chunks. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "support/rays.h"
+
+static const uint32_t builders[] = {RTI_BUILD_KD_EXACT, RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE};
+
+static rt_context *context(uint32_t workers)
+{
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    d.workers = workers;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    return ctx;
+}
+
+static void soup(test_mesh *m, uint32_t count, float size)
+{
+    test_rng r = {42};
+    for (uint32_t i = 0; i < count; i++) {
+        float v[3][3];
+        for (int k = 0; k < 9; k++)
+            v[k / 3][k % 3] = k < 3 ? test_range(&r, -1.0f, 1.0f) : v[0][k % 3] + test_range(&r, -size, size);
+        test_mesh_add(m, v[0], v[1], v[2]);
+    }
+}
+
+static rtk_tree_header build(rt_context *ctx, const rti_build_input *in, const rti_build_settings *s)
+{
+    void *chunk;
+    size_t size;
+    assert_int_equal(rti_tree_build(ctx, in, s, NULL, &chunk, &size), RT_OK);
+    assert_true(rti_tree_valid(chunk, size, in->tri_count + in->box_count));
+    rtk_tree_header h = *(rtk_tree_header *)chunk;
+    assert_true(rti_tree_sah(chunk) == h.sah_cost);
+    assert_true(h.ref_count <= (uint64_t)64 * (h.prim_count + 2));
+    rti_free(ctx, chunk, size);
+    return h;
+}
+
+static void test_same_bytes(void **state)
+{
+    static const uint32_t workers[] = {1, 2, 3, 8};
+    test_mesh m = {0};
+    (void)state;
+    soup(&m, 20000, 0.05f);
+    soup(&m, 50, 2.0f);
+    rti_build_input in = test_input(&m);
+    for (int b = 0; b < 3; b++) {
+        char *first = NULL;
+        size_t first_size = 0;
+        for (int k = 0; k < 4; k++) {
+            rt_context *ctx = context(workers[k]);
+            void *chunk;
+            size_t size;
+            assert_int_equal(rti_tree_build(ctx, &in, &(rti_build_settings){.builder = builders[b]}, NULL, &chunk, &size), RT_OK);
+            ((rtk_tree_header *)chunk)->build_seconds = 0.0f;
+            if (first) {
+                assert_int_equal(size, first_size);
+                assert_memory_equal(chunk, first, size);
+            } else {
+                first = malloc(size);
+                first_size = size;
+                memcpy(first, chunk, size);
+            }
+            rti_free(ctx, chunk, size);
+            rt_context_destroy(ctx);
+        }
+        free(first);
+    }
+    test_mesh_free(&m);
+}
+
+static void test_small(void **state)
+{
+    rt_context *ctx = context(1);
+    (void)state;
+    for (int b = 0; b < 3; b++)
+        for (uint32_t n = 0; n <= 3; n++) {
+            test_mesh m = {0};
+            soup(&m, n, 0.5f);
+            rti_build_input in = test_input(&m);
+            rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = builders[b]});
+            assert_int_equal(h.prim_count, n);
+            assert_true(h.ref_count >= n);
+            if (n == 0)
+                assert_int_equal(h.node_count, 1);
+            test_mesh_free(&m);
+        }
+    rt_context_destroy(ctx);
+}
+
+/* A million copies: nothing can part them, and no builder may try for long. */
+static void test_copies(void **state)
+{
+    rt_context *ctx = context(1);
+    (void)state;
+    for (int jitter = 0; jitter < 2; jitter++) {
+        test_mesh m = {0};
+        test_rng r = {7};
+        for (int i = 0; i < (jitter ? 100000 : 1000000); i++) {
+            float v[3][3] = {{0, 0, 0}, {1, 0.1f, 0.2f}, {0.3f, 1, 0.5f}};
+            for (int k = 0; k < 9 && jitter; k++)
+                v[k / 3][k % 3] += test_range(&r, -1.0e-6f, 1.0e-6f);
+            test_mesh_add(&m, v[0], v[1], v[2]);
+        }
+        rti_build_input in = test_input(&m);
+        for (int b = 0; b < 3; b++) {
+            double start = rti_thread_cpu();
+            rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = builders[b]});
+            assert_true(h.ref_count <= 17000000u);
+            assert_true(rti_thread_cpu() - start < 60.0);
+        }
+        test_mesh_free(&m);
+    }
+    rt_context_destroy(ctx);
+}
+
+static void test_degenerate(void **state)
+{
+    rt_context *ctx = context(1);
+    test_mesh m = {0};
+    test_rng r = {8};
+    (void)state;
+    for (int i = 0; i < 3000; i++) {
+        float a[3], b[3];
+        for (int k = 0; k < 3; k++) {
+            a[k] = test_range(&r, -1, 1);
+            b[k] = i % 3 == 0 ? a[k] : test_range(&r, -1, 1); /* points, and segments with a doubled vertex */
+        }
+        test_mesh_add(&m, a, b, i % 2 ? a : b);
+    }
+    const float nan[3] = {NAN, 0, 0}, inf[3] = {INFINITY, 0, 0}, zero[3] = {0, 0, 0};
+    rti_build_input in = test_input(&m);
+    test_mesh_add(&m, nan, zero, zero);
+    test_mesh_add(&m, inf, zero, zero);
+    in.tris = m.tris;
+    in.tri_count = m.count;
+    for (int b = 0; b < 3; b++)
+        build(ctx, &in, &(rti_build_settings){.builder = builders[b], .max_depth = 96});
+    test_mesh_free(&m);
+    rt_context_destroy(ctx);
+}
+
+/* Everything in one plane, and on one line: cells have no thickness but what primitives are grown by. */
+static void test_flat(void **state)
+{
+    rt_context *ctx = context(1);
+    (void)state;
+    for (int line = 0; line < 2; line++) {
+        test_mesh m = {0};
+        test_rng r = {9};
+        for (int i = 0; i < 5000; i++) {
+            float v[3][3] = {{0}};
+            for (int k = 0; k < 3; k++) {
+                v[k][0] = test_range(&r, -1, 1);
+                v[k][1] = line ? 0.0f : test_range(&r, -1, 1);
+                v[k][2] = 5.0f;
+            }
+            test_mesh_add(&m, v[0], v[1], v[2]);
+        }
+        rti_build_input in = test_input(&m);
+        for (int b = 0; b < 3; b++)
+            build(ctx, &in, &(rti_build_settings){.builder = builders[b]});
+        test_mesh_free(&m);
+    }
+    rt_context_destroy(ctx);
+}
+
+static void test_sizes(void **state)
+{
+    static const float scales[] = {1.0e-25f, 1.0e-6f, 1.0e6f, 1.0e18f, 1.0e37f};
+    rt_context *ctx = context(1);
+    (void)state;
+    for (int i = 0; i < 5; i++)
+        for (int b = 0; b < 3; b++) {
+            test_mesh m = {0};
+            soup(&m, 2000, 0.1f);
+            test_mesh_place(&m, scales[i], 0.0f);
+            rti_build_input in = test_input(&m);
+            rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = builders[b]});
+            if (scales[i] < 1.0e30f && scales[i] > 1.0e-20f)
+                assert_true(h.largest_leaf < 40);
+            test_mesh_free(&m);
+        }
+    rt_context_destroy(ctx);
+}
+
+/* Left-out boxes (low above high), settings out of range, and the bounds that settings promise. */
+static void test_settings(void **state)
+{
+    rt_context *ctx = context(1);
+    test_mesh m = {0};
+    const float boxes[3][6] = {{0, 0, 0, 1, 1, 1}, {1, 1, 1, -1, -1, -1}, {0.5f, 0.5f, 0.5f, 0.6f, 0.6f, 0.6f}};
+    void *chunk;
+    size_t size;
+    (void)state;
+    rti_build_input in = test_input_boxes(&m, boxes, 3);
+    assert_int_equal(rti_tree_build(ctx, &in, NULL, NULL, &chunk, &size), RT_OK);
+    rtk_tree_header *h = chunk;
+    for (uint32_t i = 0; i < h->ref_count; i++)
+        assert_int_not_equal(rti_tree_view(chunk).refs[i], 1);
+    rti_free(ctx, chunk, size);
+    soup(&m, 3000, 0.3f);
+    in = test_input(&m);
+    rti_build_settings s = {
+        .max_depth = 5, .cost_traverse = NAN, .cost_intersect = -1.0f, .empty_bonus = INFINITY, .duplication = 1.5f};
+    for (int b = 0; b < 3; b++) {
+        s.builder = builders[b];
+        rtk_tree_header got = build(ctx, &in, &s);
+        assert_true(got.depth <= 5);
+        assert_true(got.ref_count <= 3000 * 3 / 2 + 64);
+    }
+    s = (rti_build_settings){.max_depth = 4000000000u, .duplication = 1.0e30f};
+    for (int b = 0; b < 3; b++) {
+        s.builder = builders[b];
+        assert_true(build(ctx, &in, &s).depth <= 96);
+    }
+    assert_non_null(rti_build_preset_find("paper"));
+    assert_null(rti_build_preset_find("no such preset"));
+    test_mesh_free(&m);
+    rt_context_destroy(ctx);
+}
+
+/* The binned builder's promise: its trees cost at most a tenth more. */
+static void test_binned_cost(void **state)
+{
+    static const char *const names[] = {NULL, "sponza", "sibenik", "bunny"};
+    rt_context *ctx = context(2);
+    (void)state;
+    for (int i = 0; i < 4; i++) {
+        test_mesh m = {0};
+        if (!names[i])
+            soup(&m, 10000, 0.05f);
+        else if (!test_mesh_load(&m, names[i]))
+            continue;
+        rti_build_input in = test_input(&m);
+        float exact = build(ctx, &in, NULL).sah_cost;
+        float binned = build(ctx, &in, &(rti_build_settings){.builder = RTI_BUILD_KD_BINNED}).sah_cost;
+        assert_true(binned <= 1.1f * exact);
+        test_mesh_free(&m);
+    }
+    rt_context_destroy(ctx);
+}
+
+typedef struct failing {
+    long left; /* allocations until one fails; -1: none fails */
+    long count;
+} failing;
+
+static void *failing_allocate(void *user, void *ptr, size_t old_size, size_t new_size)
+{
+    failing *f = user;
+    (void)old_size;
+    if (new_size == 0) {
+        free(ptr);
+        return NULL;
+    }
+    f->count++;
+    if (f->left == 0)
+        return NULL;
+    if (f->left > 0)
+        f->left--;
+    return realloc(ptr, new_size);
+}
+
+static void test_allocation_failure(void **state)
+{
+    test_mesh m = {0};
+    failing f = {-1, 0};
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    (void)state;
+    soup(&m, 3000, 0.1f);
+    rti_build_input in = test_input(&m);
+    d.workers = 1;
+    d.allocate = failing_allocate;
+    d.allocate_user = &f;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    for (int b = 0; b < 3; b++) {
+        rti_build_settings s = {.builder = builders[b]};
+        for (long n = 0;; n++) {
+            uint64_t before, after;
+            void *chunk;
+            size_t size;
+            rt_context_memory(ctx, &before, NULL);
+            f.left = n;
+            rt_status status = rti_tree_build(ctx, &in, &s, NULL, &chunk, &size);
+            f.left = -1;
+            if (status == RT_OK) {
+                rti_free(ctx, chunk, size);
+                assert_true(n > 10);
+                break;
+            }
+            assert_int_equal(status, RT_ERROR_MEMORY);
+            assert_null(chunk);
+            rt_context_memory(ctx, &after, NULL);
+            assert_int_equal(before, after);
+        }
+    }
+    rt_context_destroy(ctx);
+    test_mesh_free(&m);
+}
+
+static void test_cancel(void **state)
+{
+    rt_context *ctx = context(1);
+    test_mesh m = {0};
+    rti_cancel cancel;
+    void *chunk;
+    size_t size;
+    uint64_t before, after;
+    (void)state;
+    soup(&m, 1000, 0.1f);
+    rti_build_input in = test_input(&m);
+    atomic_init(&cancel.asked, true);
+    rt_context_memory(ctx, &before, NULL);
+    assert_int_equal(rti_tree_build(ctx, &in, NULL, &cancel, &chunk, &size), RT_ERROR_CANCELLED);
+    rt_context_memory(ctx, &after, NULL);
+    assert_int_equal(before, after);
+    test_mesh_free(&m);
+    rt_context_destroy(ctx);
+}
+
+/* Rays through a tree that the check let pass: nothing may be read outside it (address sanitizer). */
+static void walk(const rtk_scene *s, const test_targets *t, const char *tracer)
+{
+    static rtk_trace_block rays[4];
+    static rtk_hit_block hits[4];
+    test_rng rng = {1};
+    rti_scratch scratch = {0};
+    for (uint32_t i = 0; i < 64; i++) {
+        rtk_ray r = test_ray(t, &rng, (int)(i % TEST_RAY_KINDS));
+        uint32_t b = i / 16, k = i % 16;
+        rays[b].ox[k] = r.org.x;
+        rays[b].oy[k] = r.org.y;
+        rays[b].oz[k] = r.org.z;
+        rays[b].dx[k] = r.dir.x;
+        rays[b].dy[k] = r.dir.y;
+        rays[b].dz[k] = r.dir.z;
+        rays[b].tmin[k] = 0.0f;
+        rays[b].tmax[k] = INFINITY;
+        rays[b].mask[k] = 0xffffffffu;
+    }
+    rti_tracer_find(tracer)->intersect(s, rays, hits, 64, 0, &scratch);
+}
+
+static void test_broken(void **state)
+{
+    rt_context *ctx = context(1);
+    test_mesh m = {0};
+    test_world w;
+    test_targets t;
+    test_rng rng = {123};
+    (void)state;
+    soup(&m, 200, 0.2f);
+    test_world_init(&w, ctx);
+    test_world_mesh(&w, 0, &m, 1);
+    assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+    test_targets_init(&t, &w);
+    for (int which = 0; which < 2; which++) {
+        size_t size = w.parts[0].sizes[which], refused = 0;
+        unsigned char *copy = aligned_alloc(64, (size + 63) / 64 * 64);
+        assert_false(rti_tree_valid(w.parts[0].chunks[which], 10, m.count));
+        assert_false(rti_tree_valid(w.parts[0].chunks[which], size - 1, m.count));
+        assert_false(rti_tree_valid(w.parts[0].chunks[which], size, m.count - 1));
+        for (int k = 0; k < 20000; k++) {
+            memcpy(copy, w.parts[0].chunks[which], size);
+            for (uint32_t flips = 1 + test_u32(&rng) % 3; flips > 0; flips--)
+                copy[test_u32(&rng) % (k % 4 == 0 ? sizeof(rtk_tree_header) : size)] ^= (unsigned char)(1u << test_u32(&rng) % 8);
+            if (!rti_tree_valid(copy, size, m.count)) {
+                refused++;
+                continue;
+            }
+            rtk_tree view = rti_tree_view(copy);
+            if (k % 16 != 0 && k % 16 != 3)
+                continue;
+            rtk_group *g = &w.groups[0];
+            rtk_tree keep = view.kind == RTK_TREE_KD ? g->kdtree : g->octree;
+            *(view.kind == RTK_TREE_KD ? &g->kdtree : &g->octree) = view;
+            walk(&w.scene, &t, view.kind == RTK_TREE_KD ? "kdtree" : "octree");
+            *(view.kind == RTK_TREE_KD ? &g->kdtree : &g->octree) = keep;
+        }
+        assert_true(refused > 1000);
+        free(copy);
+    }
+    test_targets_free(&t);
+    test_world_free(&w);
+    test_mesh_free(&m);
+    rt_context_destroy(ctx);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_same_bytes), cmocka_unit_test(test_small),       cmocka_unit_test(test_copies),
+        cmocka_unit_test(test_degenerate), cmocka_unit_test(test_flat),        cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_settings),   cmocka_unit_test(test_binned_cost), cmocka_unit_test(test_allocation_failure),
+        cmocka_unit_test(test_cancel),     cmocka_unit_test(test_broken),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
