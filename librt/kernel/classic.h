@@ -1,0 +1,62 @@
+/* The classic material (paper 000, extended) at one point.
+ *
+ *   shown = ambient * color * world ambient                    the light that comes from everywhere
+ *         + diffusion * color * sum over lights of cos * e     Lambert; e as in lights.h
+ *         + specular * sum over lights of highlight * cos * e  normalised Blinn-Phong, the lights' own colour
+ *         + reflectiveness * (what the mirror direction shows)
+ *         + transparency * color * (what the refracted direction shows)
+ *
+ * color is the material's, times its texture and the vertex colour. Crossing a surface tints by transparency * color, on the way
+ * in and on the way out, for seen rays and for shadow rays alike. Under total internal reflection nothing is crossed: the
+ * transparency joins the mirror ray, untinted. Whether a ray enters or leaves is told by the geometric normal. Outside is
+ * index 1.
+ */
+#ifndef RTK_CLASSIC_H
+#define RTK_CLASSIC_H
+
+#include "maths.h"
+#include "snapshot.h"
+
+RTK_FN rtk_vec3 rtk_reflect(rtk_vec3 d, rtk_vec3 n)
+{
+    return rtk_madd(d, -2.0f * rtk_dot3(d, n), n);
+}
+
+/* Unit direction d through a surface whose unit normal n looks against it; ratio: index before over index behind. 0: total
+ * internal reflection. */
+RTK_FN int rtk_refract(rtk_vec3 d, rtk_vec3 n, float ratio, rtk_vec3 *out)
+{
+    float c = -rtk_dot3(d, n), k = 1.0f - ratio * ratio * rtk_max(0.0f, 1.0f - c * c);
+    if (k < 0.0f)
+        return 0;
+    *out = rtk_unit(rtk_madd(rtk_scale(d, ratio), ratio * c - rtk_sqrt(k), n));
+    return 1;
+}
+
+RTK_FN float rtk_index_of(RT_GLOBAL const rtk_material *m)
+{
+    return m->refractiveness > 0.0f ? m->refractiveness : 1.0f;
+}
+
+/* Normalised Blinn-Phong over pi, per unit of cosine: (shininess + 8) / 8 (n h)^shininess. n, l, v unit. */
+RTK_FN float rtk_highlight(float shininess, rtk_vec3 n, rtk_vec3 l, rtk_vec3 v)
+{
+    float c = rtk_dot3(n, rtk_unit(rtk_add(l, v)));
+    return c > 0.0f ? (shininess + 8.0f) * 0.125f * rtk_pow(c, shininess) : 0.0f;
+}
+
+/* What a ray that crosses the surface keeps. */
+RTK_FN rtk_vec3 rtk_crossing(RT_GLOBAL const rtk_material *m, rtk_vec3 color)
+{
+    return rtk_scale(color, m->transparency);
+}
+
+/* Mirror direction that stays on its side: the shading normal's, or the geometric normal's where that would go below the
+ * surface. n, ng: towards the ray. */
+RTK_FN rtk_vec3 rtk_mirror(rtk_vec3 d, rtk_vec3 n, rtk_vec3 ng)
+{
+    rtk_vec3 r = rtk_reflect(d, n);
+    return rtk_dot3(r, ng) > 0.0f ? r : rtk_reflect(d, ng);
+}
+
+#endif

@@ -1,0 +1,50 @@
+/* What every integrator asks: a material's colour at a surface, and the world behind everything. */
+#ifndef RTK_INTEGRATE_H
+#define RTK_INTEGRATE_H
+
+#include "maths.h"
+#include "surface.h"
+#include "texture.h"
+
+/* footprint: width of the ray's cone at the hit. */
+RTK_FN rtk_vec3 rtk_base_color(RT_GLOBAL const rtk_scene *scene, RT_GLOBAL const rtk_material *m, rtk_surface s, float footprint)
+{
+    rtk_vec3 c = rtk_mul(rtk_v3(m->color[0], m->color[1], m->color[2]), s.tint);
+    float rgba[4];
+    if (m->color_tex == RTK_INVALID)
+        return c;
+    rtk_texture_sample(scene->textures[m->color_tex], s.u, s.v, footprint * s.uv_scale, rgba);
+    return rtk_mul(c, rtk_v3(rgba[0], rgba[1], rgba[2]));
+}
+
+/* Radiance of the world in unit direction d: gradient by height, or the equirectangular map (its middle column towards -z, its
+ * upper edge +y). spread: angle the ray's cone covers. */
+RTK_FN rtk_vec3 rtk_background(RT_GLOBAL const rtk_scene *scene, rtk_vec3 d, float spread)
+{
+    RT_GLOBAL const rtk_world *w = scene->world;
+    rtk_vec3 low = rtk_v3(w->background[0], w->background[1], w->background[2]);
+    rtk_vec3 top = rtk_v3(w->background_top[0], w->background_top[1], w->background_top[2]);
+    float rgba[4], turn;
+    if (w->background_tex == RTK_INVALID)
+        return rtk_madd(low, 0.5f + 0.5f * d.y, rtk_sub(top, low));
+    turn = rtk_atan2(d.x, -d.z) / (2.0f * RTK_PI) + 0.5f;
+    rtk_texture_sample(scene->textures[w->background_tex], turn, 1.0f - rtk_acos(rtk_clamp(d.y, -1.0f, 1.0f)) / RTK_PI,
+                       spread / RTK_PI, rgba);
+    return rtk_v3(rgba[0], rgba[1], rgba[2]);
+}
+
+/* Normals turned against the ray, and whether it comes from outside. A shading normal that would face away from the ray is
+ * replaced by the geometric one: the point is seen, so it has a front. */
+RTK_FN int rtk_face(rtk_surface *s, rtk_vec3 d)
+{
+    int outside = rtk_dot3(d, s->ng) < 0.0f;
+    if (!outside) {
+        s->ng = rtk_neg(s->ng);
+        s->ns = rtk_neg(s->ns);
+    }
+    if (!(rtk_dot3(d, s->ns) < 0.0f))
+        s->ns = s->ng;
+    return outside;
+}
+
+#endif

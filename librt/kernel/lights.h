@@ -1,0 +1,154 @@
+/* Lights as seen from a point.
+ *
+ * Units. `e` is what a white surface of diffusion 1 shows per unit of cosine: its radiance is diffusion * color * cos * e, and
+ * pi * e is irradiance over cosine. With color c of the light (colour times intensity):
+ *   no falloff (paper 000)   POINT, DIRECTIONAL e = c. SPHERE: c divided by the square of the sine of the cone's half angle
+ *                            takes the place of the radiance, so that a surface facing it shows c at any distance
+ *   inverse square           POINT e = c / distance^2 (c = radiant intensity / pi); SPHERE c is the radiance of its surface
+ * A spherical light is sampled uniformly over the cone of directions it fills; the mean of e * cos over samples is the integral.
+ * Seen from inside, it fills all directions.
+ */
+#ifndef RTK_LIGHTS_H
+#define RTK_LIGHTS_H
+
+#include "maths.h"
+#include "random2.h"
+#include "snapshot.h"
+
+typedef struct rtk_light_sample {
+    rtk_vec3 dir;   /* unit, towards the light */
+    float distance; /* to its surface along dir; infinite for a directional one */
+    rtk_vec3 e;
+    float pdf; /* of dir, per solid angle; 0 for lights without extent */
+} rtk_light_sample;
+
+/* 1 - cos of the cone's half angle for sin^2 = s, without cancellation. */
+RTK_FN float rtk_cone_height(float s)
+{
+    return s / (1.0f + rtk_sqrt(rtk_max(0.0f, 1.0f - s)));
+}
+
+RTK_FN rtk_vec3 rtk_light_color(RT_GLOBAL const rtk_light *l)
+{
+    return rtk_v3(l->color[0], l->color[1], l->color[2]);
+}
+
+/* Two unit vectors that with unit w make a right-handed frame (Duff et al. 2017). */
+RTK_FN void rtk_frame(rtk_vec3 w, rtk_vec3 *s, rtk_vec3 *t)
+{
+    float sign = rtk_copysign(1.0f, w.z), a = -1.0f / (sign + w.z), b = w.x * w.y * a;
+    *s = rtk_v3(1.0f + sign * w.x * w.x * a, sign * b, -sign * w.x);
+    *t = rtk_v3(b, sign + w.y * w.y * a, -w.y);
+}
+
+/* Direction at height 1 - x over the pole w, turned by v of a whole circle. */
+RTK_FN rtk_vec3 rtk_cone_direction(rtk_vec3 w, float x, float v)
+{
+    rtk_vec3 s, t;
+    float c, sn, r = rtk_sqrt(rtk_max(0.0f, x * (2.0f - x)));
+    rtk_frame(w, &s, &t);
+    rtk_sincos(2.0f * RTK_PI * v, &sn, &c);
+    return rtk_unit(rtk_madd(rtk_madd(rtk_scale(w, 1.0f - x), r * c, s), r * sn, t));
+}
+
+/* Cosine-weighted direction about unit n; its pdf is cos / pi. */
+RTK_FN rtk_vec3 rtk_cosine_direction(rtk_vec3 n, rtk_uv u)
+{
+    rtk_vec3 s, t;
+    float c, sn, r = rtk_sqrt(u.x);
+    rtk_frame(n, &s, &t);
+    rtk_sincos(2.0f * RTK_PI * u.y, &sn, &c);
+    return rtk_unit(rtk_madd(rtk_madd(rtk_scale(n, rtk_sqrt(1.0f - u.x)), r * c, s), r * sn, t));
+}
+
+/* Solid angle pdf of the direction sampling of a spherical light from p. */
+RTK_FN float rtk_light_pdf(RT_GLOBAL const rtk_light *l, rtk_vec3 p)
+{
+    rtk_vec3 d = rtk_sub(rtk_v3(l->at[0], l->at[1], l->at[2]), p);
+    float d2 = rtk_dot3(d, d), r2 = l->radius * l->radius;
+    float x = d2 > r2 ? rtk_cone_height(r2 / d2) : 2.0f;
+    return 1.0f / (2.0f * RTK_PI * x);
+}
+
+RTK_FN rtk_light_sample rtk_light_sphere(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float u, float v)
+{
+    rtk_light_sample s;
+    rtk_vec3 d = rtk_sub(rtk_v3(l->at[0], l->at[1], l->at[2]), p);
+    float d2 = rtk_dot3(d, d), r2 = l->radius * l->radius, dist = rtk_sqrt(d2);
+    int outside = d2 > r2;
+    float sin2 = outside ? r2 / d2 : 1.0f, height = outside ? rtk_cone_height(sin2) : 2.0f, x = u * height;
+    /* Half the chord along dir: from the sine that dir was made with, so that a small far sphere keeps its digits. */
+    float chord = rtk_sqrt(rtk_max(0.0f, r2 - d2 * (x * (2.0f - x))));
+    s.dir = rtk_cone_direction(rtk_unit(d), x, v);
+    s.distance = outside ? rtk_max(dist * (1.0f - x) - chord, 0.0f) : dist * (1.0f - x) + chord;
+    s.e = rtk_scale(rtk_light_color(l), 2.0f * height / (l->falloff > 0.0f ? 1.0f : sin2));
+    s.pdf = 1.0f / (2.0f * RTK_PI * height);
+    return s;
+}
+
+/* From p towards the light; u, v in [0, 1) choose the point of a spherical one. */
+RTK_FN rtk_light_sample rtk_light_toward(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float u, float v)
+{
+    rtk_light_sample s;
+    rtk_vec3 d;
+    float d2, inv;
+    if (l->type == RTK_LIGHT_SPHERE)
+        return rtk_light_sphere(l, p, u, v);
+    s.e = rtk_light_color(l);
+    s.pdf = 0.0f;
+    if (l->type == RTK_LIGHT_DIRECTIONAL) {
+        s.dir = rtk_v3(-l->at[0], -l->at[1], -l->at[2]);
+        s.distance = RTK_INF;
+        return s;
+    }
+    d = rtk_sub(rtk_v3(l->at[0], l->at[1], l->at[2]), p);
+    d2 = rtk_dot3(d, d);
+    s.distance = rtk_sqrt(d2);
+    inv = 1.0f / s.distance;
+    s.dir = s.distance > 0.0f ? rtk_scale(d, inv) : rtk_v3(0.0f, 0.0f, 1.0f);
+    if (l->falloff > 0.0f)
+        s.e = rtk_scale(s.e, 1.0f / d2);
+    return s;
+}
+
+/* Distance at which a shadow ray towards a point light may end: the light, or the lamp around it, whose own surface does not
+ * shadow it. p outside of the lamp; from inside the light is free anyway. */
+RTK_FN float rtk_light_reach(RT_GLOBAL const rtk_light *l, rtk_vec3 p, rtk_light_sample s)
+{
+    rtk_vec3 d, off;
+    float along, enter;
+    if (!(l->body_radius > 0.0f))
+        return s.distance;
+    d = rtk_sub(rtk_v3(l->body_at[0], l->body_at[1], l->body_at[2]), p);
+    along = rtk_dot3(d, s.dir);
+    off = rtk_madd(d, -along, s.dir);
+    enter = along - rtk_sqrt(rtk_max(0.0f, l->body_radius * l->body_radius - rtk_dot3(off, off)));
+    return enter > 0.0f ? rtk_min(s.distance, enter) : s.distance;
+}
+
+/* Where a shadow ray from p ends that may go as far as `reach`: before the light by the rounding of its place and of the ray's
+ * own origin (error: that of p), so that what the light stands on does not hide it. */
+RTK_FN float rtk_light_end(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float error, float reach)
+{
+    float size;
+    if (l->type == RTK_LIGHT_DIRECTIONAL)
+        return RTK_INF;
+    size = rtk_maxabs(rtk_v3(l->at[0], l->at[1], l->at[2])) + l->radius + rtk_maxabs(p);
+    return reach - (4.0f * error + 2.0f * RTK_DELTA * size);
+}
+
+/* Light chosen by power: the first whose running sum exceeds u. */
+RTK_FN rtk_u32 rtk_light_choose(RT_GLOBAL const rtk_light *lights, rtk_u32 count, float u)
+{
+    rtk_u32 lo = 0u, hi = count - 1u;
+    while (lo < hi) {
+        rtk_u32 mid = (lo + hi) >> 1;
+        if (u < lights[mid].select_cdf)
+            hi = mid;
+        else
+            lo = mid + 1u;
+    }
+    return lo;
+}
+
+#endif

@@ -1,0 +1,20 @@
+/* Pairs of random numbers at a path vertex. */
+#ifndef RTK_RANDOM2_H
+#define RTK_RANDOM2_H
+
+#include "rng.h"
+
+typedef struct rtk_uv {
+    float x, y; /* [0, 1) */
+} rtk_uv;
+
+/* Dimension dim (an even place, the _U or _X of its pair) and the one after it. */
+RTK_FN rtk_uv rtk_random2(rtk_u32 vertex_seed, rtk_u32 index, rtk_u32 dim)
+{
+    rtk_uv u;
+    u.x = rtk_random(vertex_seed, index, dim);
+    u.y = rtk_random(vertex_seed, index, dim + 1u);
+    return u;
+}
+
+#endif

@@ -1,0 +1,33 @@
+/* Light that comes straight from the lights, and points that look for it. */
+#ifndef RTI_DIRECT_H
+#define RTI_DIRECT_H
+
+#include "../kernel/random2.h"
+#include "../kernel/surface.h"
+#include "wavefront.h"
+
+/* Notes a point for the lights. ray: its index in the batch; s: turned to the viewer; view: unit, towards it; k: throughput *
+ * diffusion * colour; specular: throughput * specular. diffuse_pdf: path only, probability that the path goes on by the diffuse
+ * lobe. */
+void rti_lit_add(rti_worker *worker, uint32_t ray, const rtk_surface *s, rtk_vec3 view, rtk_vec3 k, rtk_vec3 specular,
+                 float shininess, float diffuse_pdf);
+
+/* The second halves of a step (rti_integrator.light). All lit points from all lights, each with its number of shadow rays; from
+ * one light, chosen by power; from all around. Afterwards none is lit. */
+void rti_light_all(rti_worker *worker);
+void rti_light_one(rti_worker *worker);
+void rti_light_around(rti_worker *worker);
+
+/* What the random numbers of a ray share. */
+static inline uint32_t rti_vertex_seed(const rti_frame *frame, const rti_ray_state *state)
+{
+    rtk_key key = {state->key_lo, state->key_hi};
+    return rtk_vertex_seed(frame->seed, state->pixel, key);
+}
+
+#define RTI_INTEGRATOR(name, help, flags, branching, light)                                                                      \
+    void rti_shade_##name(rti_worker *worker, uint32_t first, uint32_t count);
+#include "integrate.def"
+#undef RTI_INTEGRATOR
+
+#endif

@@ -1,0 +1,85 @@
+/* A render on its way. Only job*.c look inside. */
+#ifndef RTI_JOB_H
+#define RTI_JOB_H
+
+#include <pthread.h>
+
+#include "image.h"
+#include "wavefront.h"
+
+/* How a job gets its work done. THREADS: own threads run it to the end. DRIVEN: poll and wait run slices of it, on the caller's
+ * thread (one worker) or on the host's tasks. */
+enum { RTI_JOB_THREADS = 0, RTI_JOB_DRIVEN };
+
+/* What a worker has done so far, as others may read it. */
+typedef struct rti_job_share {
+    rti_worker_counts counts;
+    rti_trace_stats trace;
+    double busy_seconds, cpu_seconds;
+} rti_job_share;
+
+typedef struct rti_job_worker {
+    rti_worker wave;
+    struct rt_job *job;
+    uint32_t role;        /* index of this worker */
+    uint32_t static_next; /* RT_SCHEDULE_STATIC: its next tile */
+    bool done;
+    double busy_seconds, cpu_seconds; /* of the slices before this one */
+    double slice_start, slice_cpu;
+    rti_job_share share; /* under the job's lock; renewed with every tile */
+} rti_job_worker;
+
+struct rt_job {
+    rt_context *ctx;
+    rti_snapshot *snapshot;
+    rti_frame frame;
+    rti_cancel cancel;
+    rt_image *image; /* NULL once taken */
+    uint32_t mode;
+    rti_threads *threads;
+    uint32_t *light_of_geom;
+    uint32_t geom_count;
+
+    rti_job_worker *workers;
+    uint32_t worker_count;
+    unsigned char *scratch; /* worker_count pieces of scratch_size */
+    size_t scratch_size;
+    uint32_t *finished; /* [tile_count] in the order of finishing */
+
+    atomic_uint next_tile, next_role;
+    atomic_uint_fast64_t pixels_done;
+
+    pthread_mutex_t lock; /* for what stands below */
+    pthread_cond_t news;  /* a tile was finished, the job ended, or it was made ready */
+    uint32_t finished_count, running, told,
+        taken; /* running: workers not yet at their end; told, taken: tiles given to on_tile, next_tile */
+    bool preparing, ready;
+    rt_job_state state;
+    rt_status status;
+    char message[256];
+    rt_tile_fn on_tile;
+    void *on_tile_user;
+
+    double started, ended, build_seconds;
+    uint64_t memory;
+};
+
+/* The scene's snapshot (retained), or STATE with a sentence. */
+rt_status rti_job_snapshot(const rt_scene *scene, const char *what, rti_snapshot **snapshot);
+/* Makes the job without starting it; it retains the snapshot. what: the public function, for messages; tune (may be NULL) changes
+ * checked settings: tests. */
+rt_status rti_job_create(rt_context *ctx, rti_snapshot *snapshot, const char *what, const rt_render_desc *desc,
+                         void (*tune)(rti_settings *settings), rt_job **job);
+/* Starts its threads, if it has any. */
+rt_status rti_job_run(rt_job *job);
+
+/* job_work.c. The tree that the tracer needs, once; then worker `role` until its end, a cancel, or `until` (by rti_now; < 0:
+ * never). */
+void rti_job_init_worker(rt_job *job, uint32_t role);
+void rti_job_work(rt_job *job, uint32_t role, double until);
+/* The thread of a THREADS job. */
+void rti_job_thread(void *data, uint32_t index);
+/* A slice of `seconds` on the caller's thread and the host's tasks. */
+void rti_job_drive(rt_job *job, double seconds);
+
+#endif

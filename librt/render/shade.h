@@ -1,0 +1,94 @@
+/* What the integrators that show light share: the surface at a hit, made ready for shading. */
+#ifndef RTI_SHADE_H
+#define RTI_SHADE_H
+
+#include "../kernel/classic.h"
+#include "../kernel/integrate.h"
+#include "direct.h"
+#include "shade_limits.h"
+
+typedef struct rti_point {
+    rtk_ray ray;
+    rti_ray_state state;
+    rtk_surface s; /* turned to the ray */
+    const rtk_material *material;
+    rtk_vec3 color;
+    float footprint; /* width of the ray's cone here */
+    bool outside;    /* the ray comes from where the geometric normal points */
+} rti_point;
+
+/* Ray i of the batch: the world's light for a miss (false), or what is hit (true). */
+static inline bool rti_point_at(rti_worker *w, uint32_t i, rti_point *p)
+{
+    const rtk_scene *scene = w->frame->scene;
+    rtk_hit hit = rti_hit_at(w->hits, i);
+    p->ray = rti_batch_ray(w, i);
+    p->state = rti_batch_state(w, i);
+    if (hit.prim == RTK_INVALID) {
+        rti_add(w, p->state.home, rtk_mul(p->state.tp, rtk_background(scene, p->ray.dir, p->state.spread)));
+        return false;
+    }
+    if (p->state.depth == 0)
+        rti_cover(w, p->state.home);
+    p->s = rtk_surface_at(scene, p->ray, hit);
+    p->outside = rtk_face(&p->s, p->ray.dir);
+    p->material = &scene->materials[p->s.material];
+    p->footprint = p->state.width + p->state.spread * hit.t;
+    if (p->material->type != RTK_MATERIAL_EMISSIVE)
+        p->color = rtk_base_color(scene, p->material, p->s, p->footprint);
+    return true;
+}
+
+static inline rtk_vec3 rti_emission(const rtk_material *m)
+{
+    return rtk_v3(m->emission[0], m->emission[1], m->emission[2]);
+}
+
+/* The state of a ray of this kind that goes on from p; no two of one point are of one kind. */
+static inline rti_ray_state rti_child(const rti_point *p, uint32_t kind, rtk_vec3 tp, float pdf)
+{
+    rti_ray_state s = p->state;
+    rtk_key parent = {s.key_lo, s.key_hi}, key = rtk_key_child(parent, kind);
+    s.key_lo = key.lo;
+    s.key_hi = key.hi;
+    s.tp = tp;
+    s.kind = kind;
+    s.depth = p->state.depth + 1;
+    s.width = p->footprint;
+    s.pdf = pdf;
+    return s;
+}
+
+/* Sends the mirror ray and the refracted ray of p on; either throughput may be too small to be followed. */
+static inline void rti_push_mirror(rti_worker *w, const rti_point *p, rtk_vec3 tp)
+{
+    rti_ray_state child;
+    rtk_vec3 dir;
+    if (!(rtk_maxabs(tp) >= RTI_THROUGHPUT_MIN))
+        return;
+    child = rti_child(p, RTK_KIND_REFLECT, tp, -1.0f);
+    dir = rtk_mirror(p->ray.dir, p->s.ns, p->s.ng);
+    rti_push(w, rtk_surface_leave(p->s, dir), dir, RT_MASK_REFLECTION, &child);
+}
+
+static inline void rti_push_refracted(rti_worker *w, const rti_point *p, rtk_vec3 dir, rtk_vec3 tp)
+{
+    rti_ray_state child;
+    if (!(rtk_maxabs(tp) >= RTI_THROUGHPUT_MIN))
+        return;
+    child = rti_child(p, RTK_KIND_REFRACT, tp, -1.0f);
+    child.eta = p->outside ? rtk_index_of(p->material) : 1.0f;
+    rti_push(w, rtk_surface_leave(p->s, dir), dir, RT_MASK_REFRACTION, &child);
+}
+
+/* Refracted direction of p; false: total internal reflection. A direction that the shading normal bends back above the surface is
+ * bent by the geometric one. */
+static inline bool rti_bend(const rti_point *p, rtk_vec3 *dir)
+{
+    float index = rtk_index_of(p->material), ratio = p->outside ? 1.0f / index : index;
+    if (!rtk_refract(p->ray.dir, p->s.ns, ratio, dir))
+        return false;
+    return rtk_dot3(*dir, p->s.ng) < 0.0f || rtk_refract(p->ray.dir, p->s.ng, ratio, dir);
+}
+
+#endif

@@ -1,0 +1,211 @@
+/* A worker's memory, its stack of waiting rays, and one step of the wavefront. */
+#include <string.h>
+
+#include "camera_rays.h"
+#include "image.h"
+#include "wavefront.h"
+
+/* ---- memory: one walk over the arrays measures or places them ---- */
+
+typedef struct layout {
+    unsigned char *base; /* NULL: only measuring */
+    size_t size;
+} layout;
+
+static void *take(layout *l, size_t count, size_t size)
+{
+    void *p = l->base ? l->base + l->size : NULL;
+    l->size += (count * size + RTI_CACHE_LINE - 1) / RTI_CACHE_LINE * RTI_CACHE_LINE;
+    return p;
+}
+
+static void place_rays(layout *l, rti_rays *rays, uint32_t capacity)
+{
+    uint32_t blocks = (capacity + RTK_BLOCK - 1) / RTK_BLOCK;
+    rays->trace = take(l, blocks, sizeof *rays->trace);
+    rays->path = take(l, blocks, sizeof *rays->path);
+    rays->home = take(l, blocks, sizeof *rays->home);
+    rays->capacity = blocks * RTK_BLOCK;
+}
+
+/* Counts are bounded by rti_frame_plan, so that no product here overflows. */
+static size_t place(rti_worker *w, const rti_frame *f, unsigned char *memory)
+{
+    layout l = {memory, 0};
+    uint32_t shadow_blocks = f->shadow_rays / RTK_BLOCK;
+    place_rays(&l, &w->stack, f->stack_rays);
+    place_rays(&l, &w->batch, f->batch);
+    w->hits = take(&l, f->batch / RTK_BLOCK, sizeof *w->hits);
+    w->lit = take(&l, f->batch / RTK_BLOCK, sizeof *w->lit);
+    w->shadows.trace = take(&l, shadow_blocks, sizeof *w->shadows.trace);
+    w->shadows.pending = take(&l, shadow_blocks, sizeof *w->shadows.pending);
+    w->shadows.hits = take(&l, shadow_blocks, sizeof *w->shadows.hits);
+    w->shadows.occluded = take(&l, shadow_blocks, sizeof *w->shadows.occluded);
+    w->shadows.capacity = f->shadow_rays;
+    w->steps = take(&l, f->set.integrator->flags & RTI_INTEGRATOR_STEPS ? f->batch : 0, sizeof *w->steps);
+    w->slots = take(&l, f->slot_count, sizeof *w->slots);
+    w->film = take(&l, (size_t)f->slot_count << f->slot_shift, RTK_FILM_CHANNELS * sizeof *w->film);
+    return l.size;
+}
+
+size_t rti_worker_size(const rti_frame *frame)
+{
+    rti_worker unused;
+    return place(&unused, frame, NULL);
+}
+
+void rti_worker_init(rti_worker *worker, const rti_frame *frame, void *memory)
+{
+    memset(worker, 0, sizeof *worker);
+    worker->frame = frame;
+    place(worker, frame, memory);
+    worker->slot = RTK_INVALID;
+    worker->shadows.light = RTK_INVALID;
+    memset(worker->slots, 0, frame->slot_count * sizeof *worker->slots);
+}
+
+/* ---- the stack ---- */
+
+static void put_ray(rti_rays *rays, uint32_t i, rtk_vec3 org, rtk_vec3 dir, uint32_t mask, const rti_ray_state *s)
+{
+    rtk_trace_block *t = &rays->trace[i / RTK_BLOCK];
+    rtk_path_block *p = &rays->path[i / RTK_BLOCK];
+    uint32_t k = i % RTK_BLOCK;
+    t->ox[k] = org.x;
+    t->oy[k] = org.y;
+    t->oz[k] = org.z;
+    t->dx[k] = dir.x;
+    t->dy[k] = dir.y;
+    t->dz[k] = dir.z;
+    t->tmin[k] = 0.0f;
+    t->tmax[k] = RTK_INF;
+    t->mask[k] = mask;
+    p->tpr[k] = s->tp.x;
+    p->tpg[k] = s->tp.y;
+    p->tpb[k] = s->tp.z;
+    p->pixel[k] = s->pixel;
+    p->sample[k] = s->sample;
+    p->depth_kind[k] = s->depth | s->kind << 16;
+    p->key_lo[k] = s->key_lo;
+    p->key_hi[k] = s->key_hi;
+    p->eta[k] = s->eta;
+    p->width[k] = s->width;
+    p->spread[k] = s->spread;
+    p->pdf[k] = s->pdf;
+    rays->home[i / RTK_BLOCK].home[k] = s->home;
+}
+
+void rti_push(rti_worker *worker, rtk_vec3 org, rtk_vec3 dir, uint32_t mask, const rti_ray_state *state)
+{
+    put_ray(&worker->stack, worker->stack.count++, org, dir, mask, state);
+    worker->slots[state->home >> worker->frame->slot_shift].live++;
+    worker->counts.rays[state->kind]++;
+}
+
+/* Moves the top of the stack, whole blocks of it and at most `room` rays, behind the batch's first `first` rays. */
+static uint32_t take_from_stack(rti_worker *w, uint32_t first, uint32_t room)
+{
+    rti_rays *from = &w->stack, *to = &w->batch;
+    uint32_t blocks = (from->count + RTK_BLOCK - 1) / RTK_BLOCK, n = blocks < room / RTK_BLOCK ? blocks : room / RTK_BLOCK;
+    uint32_t at = blocks - n, taken = from->count - at * RTK_BLOCK, to_block = first / RTK_BLOCK;
+    if (n == 0)
+        return 0;
+    memcpy(to->trace + to_block, from->trace + at, n * sizeof *to->trace);
+    memcpy(to->path + to_block, from->path + at, n * sizeof *to->path);
+    memcpy(to->home + to_block, from->home + at, n * sizeof *to->home);
+    from->count = at * RTK_BLOCK;
+    return taken;
+}
+
+/* ---- tiles ---- */
+
+void rti_set_raw(rti_worker *worker, uint32_t home, rtk_vec3 value)
+{
+    uint64_t *sum = worker->film + (size_t)home * RTK_FILM_CHANNELS;
+    sum[0] = rtk_bits(value.x);
+    sum[1] = rtk_bits(value.y);
+    sum[2] = rtk_bits(value.z);
+}
+
+static void resolve_pixel(const rti_frame *f, const uint64_t *sum, float *out)
+{
+    bool raw = f->set.integrator->flags & RTI_INTEGRATOR_RAW;
+    double samples = (double)f->set.samples;
+    for (int c = 0; c < 3; c++)
+        out[c] = raw ? rtk_float((uint32_t)sum[c]) : (float)((double)(int64_t)sum[c] * f->film_unit / samples);
+    out[3] = (float)((double)sum[3] / samples);
+}
+
+static void finish_tile(rti_worker *w, uint32_t slot)
+{
+    const rti_frame *f = w->frame;
+    rti_slot *s = &w->slots[slot];
+    const uint64_t *sum = w->film + ((size_t)slot << f->slot_shift) * RTK_FILM_CHANNELS;
+    for (uint32_t y = 0; y < s->tile.height; y++) {
+        float *row = rti_image_row(f->image, s->tile.y - f->set.desc.crop.y + y) + (size_t)(s->tile.x - f->set.desc.crop.x) * 4;
+        for (uint32_t x = 0; x < s->tile.width; x++, sum += RTK_FILM_CHANNELS)
+            resolve_pixel(f, sum, row + (size_t)x * 4);
+    }
+    s->used = false;
+    w->counts.tiles++;
+    w->tile_done(w->owner, s->index);
+}
+
+static void settle(rti_worker *w, uint32_t first, uint32_t count)
+{
+    uint32_t shift = w->frame->slot_shift;
+    for (uint32_t i = first; i < first + count; i++)
+        w->slots[w->batch.home[i / RTK_BLOCK].home[i % RTK_BLOCK] >> shift].live--;
+}
+
+static void finish_tiles(rti_worker *w)
+{
+    for (uint32_t i = 0; i < w->frame->slot_count; i++) {
+        if (w->slots[i].used && w->slots[i].made && w->slots[i].live == 0)
+            finish_tile(w, i);
+    }
+}
+
+/* ---- a step ---- */
+
+static void trace(rti_worker *w, uint32_t first, uint32_t count, uint32_t flags)
+{
+    const rti_frame *f = w->frame;
+    if (count == 0)
+        return;
+    w->scratch.steps = NULL;
+    if (f->set.integrator->flags & RTI_INTEGRATOR_STEPS) {
+        flags |= RTI_TRACE_STEPS;
+        w->scratch.steps = w->steps + first;
+    }
+    f->set.tracer->intersect(f->scene, w->batch.trace + first / RTK_BLOCK, w->hits + first / RTK_BLOCK, count, flags,
+                             &w->scratch);
+}
+
+bool rti_worker_step(rti_worker *worker)
+{
+    const rti_frame *f = worker->frame;
+    uint32_t waiting = (worker->stack.count + RTK_BLOCK - 1) / RTK_BLOCK * RTK_BLOCK, camera = 0, first, taken;
+    uint32_t camera_flags = RTI_TRACE_COHERENT | (f->lens.type == RTK_CAMERA_PINHOLE ? RTI_TRACE_COMMON_ORIGIN : 0);
+    if (rti_cancelled(f->cancel))
+        return false;
+    if (waiting < f->batch)
+        camera = rti_make_camera_rays(worker, f->batch - waiting);
+    first = (camera + RTK_BLOCK - 1) / RTK_BLOCK * RTK_BLOCK;
+    taken = take_from_stack(worker, first, f->batch - first);
+    if (camera + taken == 0)
+        return false;
+    trace(worker, 0, camera, camera_flags);
+    trace(worker, first, taken, 0);
+    f->set.integrator->shade(worker, 0, camera);
+    f->set.integrator->shade(worker, first, taken);
+    if (f->set.integrator->light)
+        f->set.integrator->light(worker);
+    rti_shadow_flush(worker);
+    if (rti_cancelled(f->cancel))
+        return false; /* shadows may have been left out: no tile of this batch is whole */
+    settle(worker, 0, camera);
+    settle(worker, first, taken);
+    finish_tiles(worker);
+    return true;
+}
