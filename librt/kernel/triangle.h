@@ -12,10 +12,11 @@
  * sheared vertices) and Q = sum b v, a point of the triangle. Along kx, what separates the ray's line at Q's depth from Q:
  * rounding of v - org (5 uS), of the shear's slope (5), of the product (5) and of the difference (2): 17 uS. In depth, doubled:
  * rounding of z and of z / dz, 10 uS; the depths' own rounding, 5, moves Q along kz only. In depth, fast: E more, with
- * E <= u D (10 q + 12), D the depth span, q = max|x| max|y| / |det|: 4 of the 10 are V's and W's own errors (2 u max|x| max|y|
- * each), 6 those of det, 12 the roundings of 1 / det, weights, products and sums. The fast result stands only when E <= 32 uS.
- * Slopes are at most 1, so the sum is 17 + 10 + 32 = 59 uS < RTK_DELTA * S = 64 uS. The weights are as good: a point put
- * together with them strays inside the triangle by at most 128 uS.
+ * E <= u (9 B + (6 B + 4 D) q), D the depth span, B = b |bz - az| + c |cz - az|, q = max|x| max|y| / |det|: 4 D q comes from V
+ * and W (2 u max|x| max|y| each, at depths of at most D), 6 B q from det, 9 B from the roundings of det, 1 / det, weights, depths
+ * and sums (one more of each is allowed for below). The fast result stands only when E <= 32 uS. Slopes are at most 1, so the sum
+ * is 17 + 10 + 32 = 59 uS < RTK_DELTA * S = 64 uS. The weights are as good: a point put together with them strays inside the
+ * triangle by at most 128 uS.
  *
  * Near a huge triangle all that still leaves t with an error of some uS, many times t itself. So E <= 64 u |z| is asked too, and
  * the doubled path takes the depth of the true plane, good to about 1e-6 of itself, where it is within 32 uS of the first one
@@ -94,7 +95,7 @@ RTK_COLD int rtk_tri_exact(const rtk_pray *r, RT_GLOBAL const rtk_tri *tri, rtk_
 RTK_FN int rtk_tri_intersect(const rtk_pray *r, RT_GLOBAL const rtk_tri *tri, float *t, float *u, float *v)
 {
     rtk_sheared s;
-    float uu, vv, ww, lo, hi, det, inv, mx, my, q, db, dc, d, th;
+    float uu, vv, ww, lo, hi, det, inv, mx, my, q, db, dc, d, e, th;
     s.az = tri->v0[r->kz] - r->korg.z;
     s.bz = tri->v1[r->kz] - r->korg.z;
     s.cz = tri->v2[r->kz] - r->korg.z;
@@ -124,9 +125,11 @@ RTK_FN int rtk_tri_intersect(const rtk_pray *r, RT_GLOBAL const rtk_tri *tri, fl
     mx = rtk_max(rtk_max(rtk_fabs(s.ax), rtk_fabs(s.bx)), rtk_fabs(s.cx));
     my = rtk_max(rtk_max(rtk_fabs(s.ay), rtk_fabs(s.by)), rtk_fabs(s.cy));
     d = rtk_max(rtk_fabs(db), rtk_fabs(dc));
-    q = 10.0f * (mx * my * rtk_fabs(inv)) + 12.0f;
+    q = mx * my * rtk_fabs(inv);
+    e = s.b * rtk_fabs(db) + s.c * rtk_fabs(dc);
+    e = 10.0f * e + (7.0f * e + 4.0f * d) * q;
     if (uu == 0.0f || vv == 0.0f || ww == 0.0f ||
-        !(d * q <= rtk_min(32.0f * r->scale, 64.0f * rtk_fabs(s.z)) && (mx + my) * q <= 128.0f * r->scale)) {
+        !(e <= rtk_min(32.0f * r->scale, 64.0f * rtk_fabs(s.z)) && (mx + my) * (10.0f * q + 12.0f) <= 128.0f * r->scale)) {
         if (!rtk_tri_exact(r, tri, &s))
             return 0;
     }

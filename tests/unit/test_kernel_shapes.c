@@ -95,6 +95,8 @@ static void roots_are_right(void **state)
         {"10^-3", 1e-3f, 3, 2e-3f, 0, 6},
         {"10^6", 1e6f, 3, 2e6f, 0, 6},
         {"moved 10^4", 1, 3, 2, 1e4f, 6},
+        {"10^-12", 1e-12f, 3, 2e-12f, 0, 6},
+        {"10^12", 1e12f, 3, 2e12f, 0, 6},
     };
     for (rtk_u32 type = RTK_SHAPE_SPHERE; type <= RTK_SHAPE_TORUS; type++)
         for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {

@@ -126,8 +126,8 @@ static void hits_are_on_the_triangle(void **state)
     (void)state;
     static const struct {
         float size, move;
-    } worlds[] = {{1.0f, 0.0f}, {1e-3f, 0.0f}, {1e6f, 0.0f}, {1.0f, 1e4f}};
-    for (int w = 0; w < 4; w++) {
+    } worlds[] = {{1.0f, 0.0f}, {1e-3f, 0.0f}, {1e6f, 0.0f}, {1.0f, 1e4f}, {1e-14f, 0.0f}, {1e14f, 0.0f}};
+    for (int w = 0; w < 6; w++) {
         for (int kind = 0; kind < KINDS; kind++) {
             rng g = {0x9e3779b97f4a7c15u + (uint64_t)(w * 8 + kind)};
             real worst = 0;
@@ -157,6 +157,35 @@ static void hits_are_on_the_triangle(void **state)
             assert_true(worst < RTK_DELTA);
         }
     }
+}
+
+/* A far origin is moved along the ray itself: it ends within a few roundings of scale of the true line, and t counts from the
+ * given origin. */
+static void far_origins_stay_on_the_ray(void **state)
+{
+    (void)state;
+    rng g = {123};
+    real worst_off = 0, worst_t = 0;
+    int moved = 0;
+    for (int i = 0; i < 100000; i++) {
+        float far = powf(10.0f, 1.0f + 5.0f * rng_unit(&g));
+        rtk_vec3 org = rtk_scale(rng_dir(&g), far), dir = rtk_scale(rtk_sub(rng_vec(&g, 1.0f), org), rng_unit(&g) + 0.01f);
+        rtk_pray r = {0};
+        if (!prepare(org, dir, 0, RTK_INF, rtk_v3(-1, -1, -1), rtk_v3(1, 1, 1), &r))
+            continue;
+        moved++;
+        assert_true(rtk_maxabs(r.org) <= RTK_FAR * r.scale);
+        real3 d = r3(dir), w = sub(r3(r.org), r3(org)), c = cross(d, w);
+        real off = sqrtl(dot(c, c) / dot(d, d)), t = dot(w, d) / dot(d, d);
+        worst_off = off > worst_off ? off : worst_off;
+        t = fabsl(t - r.tshift) / t;
+        worst_t = t > worst_t ? t : worst_t;
+    }
+    print_message("far origins: %d, worst %.2Lf u scale off the ray, shift's relative error %.2Lf u\n", moved,
+                  worst_off * 16777216.0L, worst_t * 16777216.0L);
+    assert_true(moved > 50000);
+    assert_true(worst_off < 4.0L / 16777216);
+    assert_true(worst_t < 4.0L / 16777216);
 }
 
 /* t near a huge triangle: relative to the exact plane, which for a floor y = const is not blurred by grazing. */
@@ -365,9 +394,13 @@ static void odd_rays_miss(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(hits_are_on_the_triangle),  cmocka_unit_test(t_is_good_near_a_floor),
-        cmocka_unit_test(closed_meshes_do_not_leak), cmocka_unit_test(shared_edges_belong_to_someone),
-        cmocka_unit_test(odd_triangles_miss),        cmocka_unit_test(odd_rays_miss),
+        cmocka_unit_test(hits_are_on_the_triangle),
+        cmocka_unit_test(far_origins_stay_on_the_ray),
+        cmocka_unit_test(t_is_good_near_a_floor),
+        cmocka_unit_test(closed_meshes_do_not_leak),
+        cmocka_unit_test(shared_edges_belong_to_someone),
+        cmocka_unit_test(odd_triangles_miss),
+        cmocka_unit_test(odd_rays_miss),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
