@@ -27,7 +27,7 @@ second="$copy/out-second"
     exit 1
 }
 
-(cd "$second" && find lib bin -type f) >"$dir/files"
+(cd "$second" && find lib bin -type f 2>/dev/null || true) >"$dir/files"
 if ! grep -q 'librtray\.so' "$dir/files" || ! grep -q 'librtray\.a' "$dir/files"; then
     echo "the second build has no library"
     exit 1
