@@ -1,6 +1,13 @@
-# What `cmake --install` lays down beside the libraries' own rules: package files for CMake and pkg-config.
+# What `cmake --install` lays down: libraries, headers, package files for CMake and pkg-config.
 # lua/CMakeLists.txt installs the program, the Lua module and its completions.
+if(LIBRT_ROCK)
+  return() # a tree of LuaRocks takes the module and the program, which hold the library
+endif()
 include(CMakePackageConfigHelpers)
+
+install(TARGETS librt_shared EXPORT librtTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT development)
+install(TARGETS librt_static EXPORT librtStaticTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+install(DIRECTORY librt/include/librt DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h")
 
 set(librt_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/librt)
 install(EXPORT librtTargets NAMESPACE librt:: FILE librtTargets.cmake DESTINATION ${librt_cmake_dir} COMPONENT development)
@@ -32,3 +39,4 @@ configure_file(cmake/librt.pc.in ${CMAKE_BINARY_DIR}/librt.pc @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/librt.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
 install(FILES LICENSE CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
+install(FILES packaging/librt-${PROJECT_VERSION}-1.rockspec DESTINATION ${CMAKE_INSTALL_DATADIR}/librt COMPONENT development)

@@ -17,7 +17,8 @@ build = {
     CMAKE_INSTALL_PREFIX = "$(PREFIX)",
     CMAKE_INSTALL_LIBDIR = "lib",
     LIBRT_LUA = "ON",
-    LIBRT_ROCK = "ON", -- rt.so and rtray hold the library themselves, and lie where LuaRocks looks
+    LIBRT_LUA_MODULE_DIR = "$(LIBDIR)",
+    LIBRT_ROCK = "ON",
     BUILD_TESTING = "OFF",
     LIBRT_EXAMPLES = "OFF",
   },
