@@ -1,12 +1,13 @@
 /* rt_image_load and rt_image_save: between images and files. */
 #include <string.h>
 
+#include "../kernel/srgb.h"
 #include "../scene/import/image_read.h"
-#include "../scene/import/srgb.h"
+
 #include "save.h"
 
 /* One row of decoded pixels to linear RGBA; grey becomes three, no alpha becomes 1. */
-static void widen(const rti_pixels *p, const float srgb[256], uint32_t y, float *to)
+static void widen(const rti_pixels *p, uint32_t y, float *to)
 {
     size_t n = p->channels, first = (size_t)y * p->width * n;
     const uint8_t *bytes = (const uint8_t *)p->data + first;
@@ -14,7 +15,7 @@ static void widen(const rti_pixels *p, const float srgb[256], uint32_t y, float 
     for (uint32_t x = 0; x < p->width; x++, to += 4) {
         for (uint32_t c = 0; c < 3; c++) {
             size_t k = (size_t)x * n + (n == 1 ? 0 : c);
-            to[c] = p->is_float ? floats[k] : srgb[bytes[k]];
+            to[c] = p->is_float ? floats[k] : rtk_srgb_table[bytes[k]];
         }
         size_t k = (size_t)x * n + 3;
         to[3] = n < 4 ? 1.0f : p->is_float ? floats[k] : (float)bytes[k] / 255.0f;
@@ -24,7 +25,6 @@ static void widen(const rti_pixels *p, const float srgb[256], uint32_t y, float 
 rt_status rt_image_load(rt_context *context, const char *path, rt_image **image)
 {
     rti_pixels pixels;
-    float srgb[256];
     *image = NULL;
     rt_status status = rti_image_read(context, path, &pixels);
     if (status)
@@ -32,9 +32,8 @@ rt_status rt_image_load(rt_context *context, const char *path, rt_image **image)
     status = rt_image_create(context, pixels.width, pixels.height, image);
     if (!status) {
         (*image)->eight_bit = !pixels.is_float;
-        rti_srgb_decode_table(srgb);
         for (uint32_t y = 0; y < pixels.height; y++)
-            widen(&pixels, srgb, y, rti_image_row(*image, y));
+            widen(&pixels, y, rti_image_row(*image, y));
     }
     rti_free(context, pixels.data, pixels.size);
     return status;

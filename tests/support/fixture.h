@@ -15,6 +15,7 @@
 typedef struct test_fixture {
     rt_context *ctx;
     size_t calls;    /* allocations asked for */
+    size_t live;     /* blocks not yet freed */
     size_t fail_at;  /* this one and all later ones fail; 0: none */
     char log[16384]; /* warnings, a line each */
     char folder[256];

@@ -83,10 +83,10 @@ static rt_status colour(mtl_reader *r, const char *key, float high, float out[3]
         return RT_OK;
     }
     r->lines = before;
-    double second;
     rt_status status = number(r, key, 0, high, &out[0]);
     before = r->lines;
-    if (status || !rti_lines_number(&r->lines, &second)) {
+    w = rti_lines_word(&r->lines);
+    if (status || w.n == 0 || *w.p == '#') {
         out[1] = out[2] = out[0];
         return status;
     }

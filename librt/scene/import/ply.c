@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "../../kernel/srgb.h"
 #include "srgb.h"
 
 #define MAX_CORNERS 65535
@@ -116,7 +117,6 @@ static rt_status skip_element(ply *f, const ply_element *e)
 typedef struct vertex_shape {
     bool normals, colors, uvs;
     uint8_t type[PLY_SCALARS]; /* of the property of each use, PLY_NO_TYPE: not there */
-    float bytes[256];          /* linear value of a colour byte */
 } vertex_shape;
 
 static rt_status vertex_head(ply *f, const ply_element *e, vertex_shape *s)
@@ -133,15 +133,14 @@ static rt_status vertex_head(ply *f, const ply_element *e, vertex_shape *s)
     s->normals = t[PLY_NX] != PLY_NO_TYPE && t[PLY_NY] != PLY_NO_TYPE && t[PLY_NZ] != PLY_NO_TYPE;
     s->uvs = t[PLY_U] != PLY_NO_TYPE && t[PLY_V] != PLY_NO_TYPE;
     s->colors = t[PLY_R] != PLY_NO_TYPE && t[PLY_G] != PLY_NO_TYPE && t[PLY_B] != PLY_NO_TYPE;
-    rti_srgb_decode_table(s->bytes);
     return RT_OK;
 }
 
 /* Integer colours are sRGB codes of their type's range, floats are linear. */
-static float colour(const vertex_shape *s, uint8_t type, double x)
+static float colour(uint8_t type, double x)
 {
     if (type == PLY_U8)
-        return s->bytes[x >= 0 && x <= 255 ? (int)x : x < 0 ? 0 : 255];
+        return rtk_srgb_table[x >= 0 && x <= 255 ? (int)x : x < 0 ? 0 : 255];
     if (type == PLY_F32 || type == PLY_F64)
         return x > 0 ? x < 1e6 ? (float)x : 1e6f : 0.0f;
     return (float)rti_srgb_decode(x / (type == PLY_U16 ? 65535.0 : 255.0));
@@ -175,7 +174,7 @@ static rt_status store_vertex(ply *f, const vertex_shape *s, rti_part *part, con
     }
     if (s->colors)
         for (int k = 0; k < 3; k++)
-            part->colors[3 * i + (size_t)k] = colour(s, s->type[PLY_R + k], v[PLY_R + k]);
+            part->colors[3 * i + (size_t)k] = colour(s->type[PLY_R + k], v[PLY_R + k]);
     part->vertex_count++;
     return RT_OK;
 }

@@ -43,12 +43,6 @@ double rti_srgb_decode(double encoded)
     return u * u * root(u * u, 5); /* u^2.4 = u^2 * (u^2)^(1/5) */
 }
 
-void rti_srgb_decode_table(float table[256])
-{
-    for (int i = 0; i < 256; i++)
-        table[i] = (float)rti_srgb_decode(i / 255.0);
-}
-
 static float float_of(uint32_t bits)
 {
     float x;

@@ -8,9 +8,6 @@
 double rti_srgb_encode(double linear); /* 0 ... 1 to 0 ... 1; outside it is clamped, NaN gives 0 */
 double rti_srgb_decode(double encoded);
 
-/* The 256 linear values of the byte codes. */
-void rti_srgb_decode_table(float table[256]);
-
 /* Bytes: round(255 * encode(x)) for every float x, by comparison with the smallest float of each code. */
 #define RTI_SRGB_LOW 0x39800000u /* bits of 2^-12; below it there are the codes 0 and 1 only */
 typedef struct rti_srgb_encoder {
