@@ -186,9 +186,10 @@ RTK_FN void rtk_shape_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk_
         rtk_torus_surface(s, point, out);
     else
         rtk_cone_surface(s, point, out);
+    /* One rounding of p's coordinates, 2 u |p| in length, and a dozen of numbers of the shape's own size: 3 and 16 u cover them.
+     */
     rtk_shape_bounds(s, &lo, &hi);
-    /* Eight roundings of numbers no larger than the box's corners and sizes: 1e-6 covers 16 u. */
-    out->error = 1.0e-6f * rtk_max(rtk_maxabs(lo), rtk_maxabs(hi));
+    out->error = 1.8e-7f * rtk_maxabs(out->p) + 1.0e-6f * rtk_maxabs(rtk_sub(hi, lo));
 }
 
 #endif
