@@ -15,7 +15,7 @@
 
 enum { RTK_FILM_ADDED = 0, RTK_FILM_CLAMPED, RTK_FILM_DROPPED };
 
-#ifdef __OPENCL_VERSION__
+#if defined(__OPENCL_VERSION__) || defined(__OPENCL_C_VERSION__)
 #define rtk_round_i64(x) convert_long_rte(x)
 #else
 /* Under the default rounding mode, which every computing thread of the library has (rti_fp_enter). */
