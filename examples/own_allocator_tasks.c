@@ -84,6 +84,11 @@ static void describe(rt_scene *scene)
     rt_light_desc lamp = rt_light_desc_default();
     lamp.at = (rt_vec3){3, 8, 6};
     must(context, rt_scene_add_light(scene, &lamp, NULL));
+    rt_world_desc world = rt_world_desc_default();
+    world.ambient = (rt_vec3){0.25f, 0.28f, 0.35f};
+    world.background = (rt_vec3){0.8f, 0.86f, 0.92f};
+    world.background_top = (rt_vec3){0.3f, 0.45f, 0.7f};
+    must(context, rt_scene_set_world(scene, &world));
     rt_camera_desc camera = rt_camera_desc_default();
     camera.eye = (rt_vec3){0, 5, 9};
     camera.look_at = (rt_vec3){0, 0.6f, 0};

@@ -11,7 +11,7 @@ static rt_material add_material(rt_scene *scene, rt_vec3 color, float diffusion,
     d.reflectiveness = mirror;
     d.transparency = glass;
     d.refractiveness = index;
-    d.specular = 0.5f;
+    d.specular = 0.06f;
     d.shininess = 80;
     must(rt_scene_context(scene), rt_scene_add_material(scene, &d, &material));
     return material;
