@@ -12,7 +12,7 @@
 #define RTK_LIGHTS_H
 
 #include "maths.h"
-#include "random2.h"
+#include "sampling.h"
 #include "snapshot.h"
 
 typedef struct rtk_light_sample {
@@ -22,43 +22,9 @@ typedef struct rtk_light_sample {
     float pdf; /* of dir, per solid angle; 0 for lights without extent */
 } rtk_light_sample;
 
-/* 1 - cos of the cone's half angle for sin^2 = s, without cancellation. */
-RTK_FN float rtk_cone_height(float s)
-{
-    return s / (1.0f + rtk_sqrt(rtk_max(0.0f, 1.0f - s)));
-}
-
 RTK_FN rtk_vec3 rtk_light_color(RT_GLOBAL const rtk_light *l)
 {
     return rtk_v3(l->color[0], l->color[1], l->color[2]);
-}
-
-/* Two unit vectors that with unit w make a right-handed frame (Duff et al. 2017). */
-RTK_FN void rtk_frame(rtk_vec3 w, rtk_vec3 *s, rtk_vec3 *t)
-{
-    float sign = rtk_copysign(1.0f, w.z), a = -1.0f / (sign + w.z), b = w.x * w.y * a;
-    *s = rtk_v3(1.0f + sign * w.x * w.x * a, sign * b, -sign * w.x);
-    *t = rtk_v3(b, sign + w.y * w.y * a, -w.y);
-}
-
-/* Direction at height 1 - x over the pole w, turned by v of a whole circle. */
-RTK_FN rtk_vec3 rtk_cone_direction(rtk_vec3 w, float x, float v)
-{
-    rtk_vec3 s, t;
-    float c, sn, r = rtk_sqrt(rtk_max(0.0f, x * (2.0f - x)));
-    rtk_frame(w, &s, &t);
-    rtk_sincos(2.0f * RTK_PI * v, &sn, &c);
-    return rtk_unit(rtk_madd(rtk_madd(rtk_scale(w, 1.0f - x), r * c, s), r * sn, t));
-}
-
-/* Cosine-weighted direction about unit n; its pdf is cos / pi. */
-RTK_FN rtk_vec3 rtk_cosine_direction(rtk_vec3 n, rtk_uv u)
-{
-    rtk_vec3 s, t;
-    float c, sn, r = rtk_sqrt(u.x);
-    rtk_frame(n, &s, &t);
-    rtk_sincos(2.0f * RTK_PI * u.y, &sn, &c);
-    return rtk_unit(rtk_madd(rtk_madd(rtk_scale(n, rtk_sqrt(1.0f - u.x)), r * c, s), r * sn, t));
 }
 
 /* Solid angle pdf of the direction sampling of a spherical light from p. */
@@ -66,8 +32,7 @@ RTK_FN float rtk_light_pdf(RT_GLOBAL const rtk_light *l, rtk_vec3 p)
 {
     rtk_vec3 d = rtk_sub(rtk_v3(l->at[0], l->at[1], l->at[2]), p);
     float d2 = rtk_dot3(d, d), r2 = l->radius * l->radius;
-    float x = d2 > r2 ? rtk_cone_height(r2 / d2) : 2.0f;
-    return 1.0f / (2.0f * RTK_PI * x);
+    return rtk_cone_pdf(d2 > r2 ? rtk_cone_height(r2 / d2) : 2.0f);
 }
 
 RTK_FN rtk_light_sample rtk_light_sphere(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float u, float v)
@@ -82,7 +47,7 @@ RTK_FN rtk_light_sample rtk_light_sphere(RT_GLOBAL const rtk_light *l, rtk_vec3 
     s.dir = rtk_cone_direction(rtk_unit(d), x, v);
     s.distance = outside ? rtk_max(dist * (1.0f - x) - chord, 0.0f) : dist * (1.0f - x) + chord;
     s.e = rtk_scale(rtk_light_color(l), 2.0f * height / (l->falloff > 0.0f ? 1.0f : sin2));
-    s.pdf = 1.0f / (2.0f * RTK_PI * height);
+    s.pdf = rtk_cone_pdf(height);
     return s;
 }
 

@@ -58,14 +58,6 @@ RTK_FN float rtk_turn(float y, float x)
     return a < 1.0f ? a : 0.0f;
 }
 
-/* Two unit vectors orthogonal to a unit n: Duff et al. 2017, "Building an Orthonormal Basis, Revisited". */
-RTK_FN void rtk_basis(rtk_vec3 n, rtk_vec3 *x, rtk_vec3 *y)
-{
-    float s = rtk_copysign(1.0f, n.z), a = -1.0f / (s + n.z), b = n.x * n.y * a;
-    *x = rtk_v3(1.0f + s * n.x * n.x * a, s * b, -s * n.x);
-    *y = rtk_v3(b, s + n.y * n.y * a, -n.y);
-}
-
 RTK_FN void rtk_sphere_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk_shape_point *out)
 {
     rtk_vec3 c = rtk_at(s->p), n = rtk_unit(rtk_sub(point, c));

@@ -49,6 +49,14 @@ RTK_FN rtk_vec3 rtk_unit(rtk_vec3 a)
     return rtk_v3(s.x / l, s.y / l, s.z / l);
 }
 
+/* Two unit vectors that make a right-handed frame with a unit n: Duff et al. 2017, "Building an Orthonormal Basis, Revisited". */
+RTK_FN void rtk_basis(rtk_vec3 n, rtk_vec3 *x, rtk_vec3 *y)
+{
+    float s = rtk_copysign(1.0f, n.z), a = -1.0f / (s + n.z), b = n.x * n.y * a;
+    *x = rtk_v3(1.0f + s * n.x * n.x * a, s * b, -s * n.x);
+    *y = rtk_v3(b, s + n.y * n.y * a, -n.y);
+}
+
 /* Affine map, rows of a 3x4 matrix: y = m x + translation in the fourth column. */
 typedef struct rtk_xfm {
     float m[12];

@@ -116,7 +116,7 @@ static float asking_weight(const rtk_light *light, const rtk_light_sample *towar
     float ask = light->select_pdf * toward->pdf;
     if (light->geom == RTK_INVALID || !(light->falloff > 0.0f))
         return 1.0f;
-    return ask / (ask + diffuse_pdf * rtk_max(cosine, 0.0f) / RTK_PI);
+    return ask / (ask + diffuse_pdf * rtk_cosine_pdf(cosine));
 }
 
 void rti_light_one(rti_worker *worker)

@@ -67,7 +67,7 @@ static void go_on(rti_worker *w, const rti_point *p, const lobes *l, float pick,
         if (!(cosine > 0.0f) || !(rtk_dot3(dir, p->s.ng) > 0.0f))
             return;
         tp = rtk_mul(tp, rtk_scale(l->diffuse, 1.0f / probability));
-        child = rti_child(p, RTK_KIND_DIFFUSE, tp, probability * cosine / RTK_PI);
+        child = rti_child(p, RTK_KIND_DIFFUSE, tp, probability * rtk_cosine_pdf(cosine));
         /* The texture's level of detail: a diffuse ray stands for a wide cone. */
         child.spread = rtk_max(child.spread, 0.2f);
         rti_push(w, rtk_surface_leave(p->s, dir), dir, RT_MASK_DIFFUSE, &child);
