@@ -1,19 +1,36 @@
-/* The cache is weak: a chunk leaves it with its last user. */
+/* The cache is weak: a chunk leaves it with its last user. Trees are dear, so the last used ones get the cache itself as a user,
+ * within a bound: a sweep that makes the same mesh again in a new scene finds its tree. */
 #include "chunk.h"
 
 #include <pthread.h>
 #include <string.h>
 
-#define BUCKETS 256u
+#define BUCKETS    256u
+#define KEPT       32u
+#define KEPT_BYTES (256ull << 20) /* at most, and at most a quarter of the context's memory limit */
 
 typedef struct cache {
     pthread_mutex_t lock;
+    rti_chunk *kept[KEPT]; /* the last used first */
     rti_chunk *bucket[BUCKETS];
 } cache;
+
+static bool drop_kept(cache *c)
+{
+    rti_chunk *kept[KEPT];
+    pthread_mutex_lock(&c->lock);
+    memcpy(kept, c->kept, sizeof kept);
+    memset(c->kept, 0, sizeof c->kept);
+    pthread_mutex_unlock(&c->lock);
+    for (unsigned i = 0; i < KEPT; i++)
+        rti_chunk_release(kept[i]);
+    return kept[0] != NULL;
+}
 
 static void cache_end(rt_context *ctx, void *data)
 {
     cache *c = data;
+    drop_kept(c);
     pthread_mutex_destroy(&c->lock);
     rti_free(ctx, c, sizeof *c);
 }
@@ -107,6 +124,50 @@ rti_chunk *rti_chunk_share(rt_context *ctx, uint32_t kind, void *data, size_t si
     rti_free(ctx, k, sizeof *k);
     *shared = true;
     return there;
+}
+
+/* Puts the chunk in front; gives back (through out) what no longer fits. Under the lock. */
+static unsigned keep_locked(cache *c, rti_chunk *chunk, uint64_t limit, rti_chunk *out[KEPT + 1])
+{
+    rti_chunk *old[KEPT];
+    uint64_t bytes = 0;
+    unsigned n = 0, dropped = 0;
+    memcpy(old, c->kept, sizeof old);
+    memset(c->kept, 0, sizeof c->kept);
+    for (unsigned i = 0; i <= KEPT; i++) {
+        rti_chunk *k = i == 0 ? chunk : old[i - 1];
+        if (!k)
+            continue;
+        if ((i > 0 && k == chunk) || n == KEPT || k->size > limit - bytes) {
+            out[dropped++] = k;
+            continue;
+        }
+        bytes += k->size;
+        c->kept[n++] = k;
+    }
+    return dropped;
+}
+
+void rti_chunk_keep(rti_chunk *chunk)
+{
+    cache *c = cache_of(chunk->ctx);
+    uint64_t limit = rti_context_memory_limit(chunk->ctx) / 4;
+    rti_chunk *out[KEPT + 1];
+    unsigned dropped;
+    if (!c)
+        return;
+    rti_chunk_retain(chunk);
+    pthread_mutex_lock(&c->lock);
+    dropped = keep_locked(c, chunk, limit && limit < KEPT_BYTES ? limit : KEPT_BYTES, out);
+    pthread_mutex_unlock(&c->lock);
+    for (unsigned i = 0; i < dropped; i++)
+        rti_chunk_release(out[i]);
+}
+
+bool rti_chunk_drop_kept(rt_context *ctx)
+{
+    cache *c = rti_context_cache(ctx);
+    return c && drop_kept(c);
 }
 
 rti_chunk *rti_chunk_retain(rti_chunk *chunk)

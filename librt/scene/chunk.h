@@ -24,6 +24,11 @@ rti_chunk *rti_chunk_find(rt_context *ctx, uint32_t kind, rti_hash hash);
 rti_chunk *rti_chunk_retain(rti_chunk *chunk); /* NULL gives NULL */
 void rti_chunk_release(rti_chunk *chunk);      /* NULL is fine */
 
+/* The cache holds the chunk on within its bound, as the last used one. */
+void rti_chunk_keep(rti_chunk *chunk);
+/* Lets go of all it holds; false: it held nothing. For when memory is short. */
+bool rti_chunk_drop_kept(rt_context *ctx);
+
 static inline const void *rti_chunk_at(const rti_chunk *chunk, uint64_t offset)
 {
     return (const uint8_t *)chunk->data + offset;

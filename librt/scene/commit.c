@@ -6,6 +6,8 @@
 
 #include "../trace/trace.h"
 
+static const char call_name[] = "rt_scene_commit";
+
 rt_commit_desc rt_commit_desc_default(void)
 {
     rt_commit_desc d;
@@ -76,16 +78,15 @@ static rt_status parse_builder(rt_context *ctx, const char *text, rti_build_sett
 
 static rt_status check_costs(rt_context *ctx, const rt_commit_desc *d)
 {
-    static const char call[] = "rt_scene_commit";
-    rt_status status = rti_check_range(ctx, call, "cost_traverse", d->cost_traverse, 0.0f, 1.0e6f);
+    rt_status status = rti_check_range(ctx, call_name, "cost_traverse", d->cost_traverse, 0.0f, 1.0e6f);
     if (status == RT_OK)
-        status = rti_check_range(ctx, call, "cost_intersect", d->cost_intersect, 0.0f, 1.0e6f);
+        status = rti_check_range(ctx, call_name, "cost_intersect", d->cost_intersect, 0.0f, 1.0e6f);
     if (status == RT_OK)
-        status = rti_check_range(ctx, call, "empty_bonus", d->empty_bonus, 0.0f, 1.0f);
+        status = rti_check_range(ctx, call_name, "empty_bonus", d->empty_bonus, 0.0f, 1.0f);
     if (status == RT_OK)
-        status = rti_check_range(ctx, call, "duplication", d->duplication, 0.0f, 1.0e6f);
+        status = rti_check_range(ctx, call_name, "duplication", d->duplication, 0.0f, 1.0e6f);
     if (status == RT_OK && d->max_depth > 96)
-        status = rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: max_depth is %u; it must be at most 96 (0: the builder's own)", call,
+        status = rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: max_depth is %u; it must be at most 96 (0: the builder's own)", call_name,
                           d->max_depth);
     return status;
 }
@@ -100,7 +101,7 @@ static rt_status take_desc(rt_scene *scene, const rt_commit_desc *desc)
     rt_status status;
     if (!desc)
         return RT_OK;
-    status = rti_desc_take(scene->ctx, "rt_scene_commit", desc, &d, sizeof d);
+    status = rti_desc_take(scene->ctx, call_name, desc, &d, sizeof d);
     if (status == RT_OK)
         status = parse_accel(scene->ctx, d.accel ? d.accel : "auto", &kinds);
     if (status == RT_OK)
@@ -298,17 +299,10 @@ static rt_status make(rti_commit *c)
     return status;
 }
 
-rt_status rt_scene_commit(rt_scene *scene, const rt_commit_desc *desc)
+static rt_status attempt(rt_scene *scene)
 {
-    rti_commit c = {.scene = scene, .call = "rt_scene_commit"};
-    rti_fpenv env;
-    rt_status status = rti_scene_editable(scene, c.call);
-    if (status == RT_OK)
-        status = take_desc(scene, desc);
-    if (status != RT_OK)
-        return status;
-    atomic_store(&scene->cancel.asked, false);
-    env = rti_fp_enter();
+    rti_commit c = {.scene = scene, .call = call_name};
+    rt_status status;
     c.last = rti_scene_snapshot(scene);
     status = collect_children(&c);
     if (status == RT_OK)
@@ -322,6 +316,23 @@ rt_status rt_scene_commit(rt_scene *scene, const rt_commit_desc *desc)
     }
     release_children(&c);
     rti_snapshot_release(c.last);
+    return status;
+}
+
+rt_status rt_scene_commit(rt_scene *scene, const rt_commit_desc *desc)
+{
+    rti_fpenv env;
+    rt_status status = rti_scene_editable(scene, call_name);
+    if (status == RT_OK)
+        status = take_desc(scene, desc);
+    if (status != RT_OK)
+        return status;
+    atomic_store(&scene->cancel.asked, false);
+    env = rti_fp_enter();
+    status = attempt(scene);
+    /* Trees kept for later may be what stands in the way. */
+    if ((status == RT_ERROR_MEMORY || status == RT_ERROR_MEMORY_LIMIT) && rti_chunk_drop_kept(scene->ctx))
+        status = attempt(scene);
     rti_fp_leave(env);
     return status;
 }

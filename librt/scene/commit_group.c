@@ -39,7 +39,40 @@ static void include(rtk_group_header *head, const float *p)
     }
 }
 
-static rtk_tri *put_mesh(rtk_group_header *head, const rti_geometry *g, uint32_t geom, rtk_tri *tri)
+void rti_group_measure(rtk_group_header *head, const void *chunk)
+{
+    const uint8_t *base = chunk;
+    const rtk_tri *tri = (const rtk_tri *)(const void *)(base + head->off_tris);
+    const rtk_shape *shape = (const rtk_shape *)(const void *)(base + head->off_shapes);
+    float grow;
+    head->scale = 1.0e-30f;
+    for (int k = 0; k < 3; k++) {
+        head->lo[k] = FLT_MAX;
+        head->hi[k] = -FLT_MAX;
+    }
+    for (uint32_t i = 0; i < head->tri_count; i++) {
+        include(head, tri[i].v0);
+        include(head, tri[i].v1);
+        include(head, tri[i].v2);
+    }
+    for (uint32_t i = 0; i < head->shape_count; i++) {
+        rtk_vec3 lo, hi;
+        rtk_shape_bounds(&shape[i], &lo, &hi);
+        include(head, (float[3]){lo.x, lo.y, lo.z});
+        include(head, (float[3]){hi.x, hi.y, hi.z});
+    }
+    if (head->tri_count + head->shape_count == 0)
+        return;
+    for (int k = 0; k < 3; k++)
+        head->scale = fmaxf(head->scale, fmaxf(fabsf(head->lo[k]), fabsf(head->hi[k])));
+    grow = RTK_GROW * head->scale;
+    for (int k = 0; k < 3; k++) {
+        head->lo[k] -= grow;
+        head->hi[k] += grow;
+    }
+}
+
+static rtk_tri *put_mesh(const rti_geometry *g, uint32_t geom, rtk_tri *tri)
 {
     const float *p = g->mesh->positions;
     const uint32_t *index = g->mesh->indices;
@@ -49,50 +82,21 @@ static rtk_tri *put_mesh(rtk_group_header *head, const rti_geometry *g, uint32_t
         memcpy(tri->v2, p + 3 * (size_t)index[2], sizeof tri->v2);
         tri->geom = geom;
         tri->prim = i;
-        include(head, tri->v0);
-        include(head, tri->v1);
-        include(head, tri->v2);
     }
     return tri;
 }
 
-static void put_shape(rtk_group_header *head, const rtk_shape *from, uint32_t geom, rtk_shape *to)
-{
-    rtk_vec3 lo, hi;
-    *to = *from;
-    to->geom = geom;
-    rtk_shape_bounds(to, &lo, &hi);
-    include(head, (float[3]){lo.x, lo.y, lo.z});
-    include(head, (float[3]){hi.x, hi.y, hi.z});
-}
-
-static void put_lamps(const rt_scene *scene, rtk_group_header *head, rtk_shape *to)
+static void put_lamps(const rt_scene *scene, rtk_shape *to)
 {
     uint32_t geom = (uint32_t)scene->geometries.count;
     for (size_t i = 0; i < scene->lights.count; i++) {
         const rti_light *l = RTI_AT(scene->lights, rti_light, i);
-        rtk_shape lamp = {.type = RTK_SHAPE_SPHERE};
         if (!l->visible)
             continue;
-        memcpy(lamp.p, l->light.at, 3 * sizeof(float));
-        lamp.p[3] = l->light.radius;
-        put_shape(head, &lamp, geom++, to++);
-    }
-}
-
-/* Grows the bounds by RTK_GROW * scale; an empty box stays empty. */
-static void finish_bounds(rtk_group_header *head)
-{
-    float grow;
-    head->scale = 1.0e-30f;
-    if (head->tri_count + head->shape_count == 0)
-        return;
-    for (int k = 0; k < 3; k++)
-        head->scale = fmaxf(head->scale, fmaxf(fabsf(head->lo[k]), fabsf(head->hi[k])));
-    grow = RTK_GROW * head->scale;
-    for (int k = 0; k < 3; k++) {
-        head->lo[k] -= grow;
-        head->hi[k] += grow;
+        to->type = RTK_SHAPE_SPHERE;
+        to->geom = geom++;
+        memcpy(to->p, l->light.at, 3 * sizeof(float));
+        to++->p[3] = l->light.radius;
     }
 }
 
@@ -109,26 +113,23 @@ static void fill_group(const rt_scene *scene, rtk_group_header *head)
     uint8_t *base = (uint8_t *)head;
     rtk_tri *tri = (rtk_tri *)(void *)(base + head->off_tris);
     rtk_shape *shape = (rtk_shape *)(void *)(base + head->off_shapes), *plane = (rtk_shape *)(void *)(base + head->off_planes);
-    for (int k = 0; k < 3; k++) {
-        head->lo[k] = FLT_MAX;
-        head->hi[k] = -FLT_MAX;
-    }
     for (size_t i = 0; i < scene->geometries.count; i++) {
         const rti_geometry *g = geometry_at(scene, i);
         if (!g->alive)
             continue;
         if (g->type == RTK_GEOM_MESH) {
-            tri = put_mesh(head, g, (uint32_t)i, tri);
+            tri = put_mesh(g, (uint32_t)i, tri);
         } else if (g->type == RTK_GEOM_PLANE) {
             *plane = RTI_AT(scene->planes, rti_plane, g->first)->shape;
             plane++->geom = (uint32_t)i;
         } else {
+            memcpy(shape, RTI_AT(scene->shapes, rtk_shape, g->first), g->count * sizeof *shape);
             for (uint32_t k = 0; k < g->count; k++)
-                put_shape(head, RTI_AT(scene->shapes, rtk_shape, g->first + k), (uint32_t)i, shape++);
+                shape++->geom = (uint32_t)i;
         }
     }
-    put_lamps(scene, head, shape);
-    finish_bounds(head);
+    put_lamps(scene, shape);
+    rti_group_measure(head, head);
 }
 
 static rt_status make_group(rti_commit *c)

@@ -35,6 +35,8 @@ rti_snapshot *rti_snapshot_new(rt_context *ctx, uint32_t group_count, uint32_t t
 void rti_snapshot_finish(rti_snapshot *snapshot);
 /* Gives every group and the top level trees of the kinds (bits 1 << RTK_TREE_*): found in the context or built. Before finish. */
 rt_status rti_snapshot_build(rti_snapshot *snapshot, const char *call, uint32_t kinds, rti_cancel *cancel);
+bool rti_snapshot_complete(const rti_snapshot *snapshot, uint32_t kind); /* has such a tree wherever there is something to find */
+uint32_t rti_snapshot_tree(const rti_snapshot *snapshot);                /* RTK_TREE_* of its tracer */
 /* Calls visit for every chunk that is there, in a fixed order. group: RTK_INVALID for what belongs to none. */
 typedef void (*rti_chunk_visit)(void *data, const rti_chunk *chunk, uint32_t group);
 void rti_snapshot_each(const rti_snapshot *snapshot, rti_chunk_visit visit, void *data);
@@ -57,6 +59,8 @@ rt_status rti_commit_chunk(rti_commit *c, uint32_t kind, void *data, size_t size
 /* Where a geometry's arrays stand in its group's ATTRIBUTE chunk: called for each geometry that has any, in order. */
 #define RTI_ATTRIBUTE_HEADER 64u /* the chunk's first bytes: no array stands at offset 0, which means absent */
 void rti_plan_attributes(rti_layout *layout, const rti_geometry *geometry, rtk_geom *out);
+/* Writes bounds (grown) and scale into head, from the arrays of the chunk that it describes. */
+void rti_group_measure(rtk_group_header *head, const void *chunk);
 rt_status rti_commit_group(rti_commit *c);    /* GROUP, ATTRIBUTE of the scene itself */
 rt_status rti_commit_geometry(rti_commit *c); /* GEOMETRY of all groups, after materials */
 rt_status rti_commit_table(rti_commit *c, size_t count, size_t record, void **block, size_t *size, void **records);

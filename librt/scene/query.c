@@ -14,6 +14,11 @@ typedef struct blocks {
     _Alignas(64) rtk_hit_block hits[BLOCKS];
 } blocks;
 
+uint32_t rti_snapshot_tree(const rti_snapshot *snapshot)
+{
+    return snapshot->tracer->tree;
+}
+
 static void gather(const rt_ray *rays, uint32_t count, rtk_trace_block *out)
 {
     for (uint32_t i = 0; i < count; i++) {

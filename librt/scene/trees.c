@@ -39,8 +39,11 @@ typedef struct tree_job {
 static bool found(const tree_job *job, rti_hash key, rti_chunk **out)
 {
     *out = rti_chunk_find(job->snapshot->ctx, RTK_CHUNK_TREE, key);
-    job->snapshot->reused_chunks += *out != NULL;
-    return *out != NULL;
+    if (!*out)
+        return false;
+    job->snapshot->reused_chunks++;
+    rti_chunk_keep(*out);
+    return true;
 }
 
 static void rename_references(void *tree, const uint32_t *ids)
@@ -68,6 +71,7 @@ static rt_status build(const tree_job *job, const rti_build_input *input, const 
     if (!*out)
         return rti_fail_memory(ctx, job->call, size);
     job->snapshot->built_trees++;
+    rti_chunk_keep(*out);
     return RT_OK;
 }
 
@@ -177,9 +181,11 @@ rt_status rti_snapshot_build(rti_snapshot *s, const char *call, uint32_t kinds, 
 
 /* ---- the same content with other trees ---- */
 
-static bool complete(const rti_snapshot *s, uint32_t kind)
+bool rti_snapshot_complete(const rti_snapshot *s, uint32_t kind)
 {
     const rtk_top_header *top = s->top->data;
+    if (kind == RTK_TREE_NONE)
+        return true;
     for (uint32_t i = 0; i < s->group_count; i++) {
         const rtk_group_header *head = s->groups[i].group->data;
         if (!s->groups[i].tree[kind] && head->tri_count + head->shape_count > 0)
@@ -223,7 +229,7 @@ rt_status rti_snapshot_with_tree(rti_snapshot *snapshot, uint32_t tree_kind, rti
     rti_fpenv env;
     rt_status status;
     *out = NULL;
-    if (tree_kind == RTK_TREE_NONE || tree_kind >= RTI_TREE_KINDS || complete(snapshot, tree_kind)) {
+    if (tree_kind >= RTI_TREE_KINDS || rti_snapshot_complete(snapshot, tree_kind)) {
         rti_snapshot_retain(snapshot);
         *out = snapshot;
         return RT_OK;

@@ -56,6 +56,16 @@ static inline rt_context *kit_context(kit_memory *memory, uint32_t workers)
     return ctx;
 }
 
+/* The call went well; its sentence otherwise. */
+static inline void kit_ok(const rt_context *ctx, rt_status status)
+{
+    char text[1024];
+    if (status == RT_OK)
+        return;
+    rt_context_error(ctx, text, sizeof text);
+    fail_msg("%s: %s", rt_status_name(status), text);
+}
+
 static inline rt_scene *kit_scene(rt_context *ctx)
 {
     rt_scene *scene = NULL;

@@ -168,7 +168,7 @@ static void test_sharing(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_empty), cmocka_unit_test(test_kinds), cmocka_unit_test(test_instances),
-                                       cmocka_unit_test(test_sharing)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_empty), cmocka_unit_test(test_kinds),
+                                       cmocka_unit_test(test_instances), cmocka_unit_test(test_sharing)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
