@@ -27,6 +27,7 @@ typedef struct rti_build {
     uint32_t builder, max_depth, leaf_size, prim_count;
     float cost_traverse, cost_intersect, empty_bonus, duplication;
     float min_size;
+    uint32_t clip_above; /* triangles are clipped in nodes of more references */
     rti_cancel *cancel;
 } rti_build;
 
@@ -37,9 +38,11 @@ bool rti_ref_root(const rti_build *b, uint32_t prim, rti_ref *out);
 /* All of them in one new block of *count (rti_alloc of prim_count references); NULL: no memory. */
 rti_ref *rti_refs_root(rt_context *ctx, const rti_build *b, uint32_t *count);
 
-/* Cuts a reference of `cell` at `pos` into the parts left and right of it. Bit 0: there is a left part, bit 1: a right one. */
-unsigned rti_ref_cut(const rti_build *b, const rti_cell *cell, const rti_ref *ref, unsigned axis, float pos, rti_ref *left,
-                     rti_ref *right);
+/* Cuts a reference of `cell` that lies on both sides of `pos`. Bit 0: there is a left part, bit 1: a right one (a triangle whose
+ * box was there may not be). clip: triangles are clipped to their side; else only boxes are cut, which is quicker and lists a
+ * triangle where it is not. */
+unsigned rti_ref_cut(const rti_build *b, const rti_cell *cell, const rti_ref *ref, unsigned axis, float pos, bool clip,
+                     rti_ref *left, rti_ref *right);
 
 /* Nodes and references as they are written, in growing arrays. One a task. */
 typedef struct rti_tree_out {

@@ -32,6 +32,30 @@ static void write_split(rtk_kdnode *node, const rti_kd_split *split, uint32_t ch
     node->b = child << 2 | split->axis;
 }
 
+/* Deals `count` of the item's references out to the two sides, which may be larger than they come to; right may be refs itself.
+ */
+static void deal(const rti_build *b, const rti_item *it, const rti_kd_split *split, const rti_ref *refs, uint32_t count,
+                 rti_ref *left, rti_ref *right, uint32_t counts[2])
+{
+    uint32_t axis = split->axis;
+    float pos = split->pos;
+    bool clip = it->count > b->clip_above;
+    for (uint32_t i = 0; i < count; i++) {
+        if (!(refs[i].hi[axis] > pos)) {
+            left[counts[0]++] = refs[i];
+        } else if (!(refs[i].lo[axis] < pos)) {
+            right[counts[1]++] = refs[i];
+        } else {
+            rti_ref l, r;
+            unsigned sides = rti_ref_cut(b, &it->cell, &refs[i], axis, pos, clip, &l, &r);
+            if (sides & 1)
+                left[counts[0]++] = l;
+            if (sides & 2)
+                right[counts[1]++] = r;
+        }
+    }
+}
+
 /* ---- one part, depth first ---------------------------------------------------------------------------------------------- */
 
 typedef struct worker {
@@ -63,14 +87,7 @@ static bool partition(worker *w, const rti_item *it, const rti_kd_split *split, 
     if (!rti_reserve(w->ctx, (void **)&w->stack, &w->stack_capacity, base, (size_t)split->left_count + split->right_count,
                      sizeof *w->stack))
         return false;
-    for (uint32_t i = 0; i < it->count; i++) {
-        rti_ref ref = w->stack[base + i], left, right;
-        unsigned sides = rti_ref_cut(w->b, &it->cell, &ref, split->axis, split->pos, &left, &right);
-        if (sides & 1)
-            w->side[counts[0]++] = left;
-        if (sides & 2)
-            w->stack[base + counts[1]++] = right;
-    }
+    deal(w->b, it, split, w->stack + base, it->count, w->side, w->stack + base, counts);
     memcpy(w->stack + base + counts[1], w->side, counts[0] * sizeof *w->side);
     w->top = base + counts[1] + counts[0];
     make_children(it, split, counts, children);
@@ -138,14 +155,11 @@ static rt_status split_open(rt_context *ctx, const rti_build *b, rti_open *o, fl
     for (int i = 0; i < 2; i++)
         if (!(o->child_refs[i] = rti_alloc_array(ctx, o->child_capacity[i], sizeof(rti_ref))))
             return RT_ERROR_MEMORY;
-    for (uint32_t i = 0; i < o->it.count; i++) {
-        rti_ref left, right;
-        unsigned sides = rti_ref_cut(b, &o->it.cell, &o->refs[i], o->split.axis, o->split.pos, &left, &right);
-        if (sides & 1)
-            o->child_refs[0][counts[0]++] = left;
-        if (sides & 2)
-            o->child_refs[1][counts[1]++] = right;
-        if ((i & 16383u) == 0 && rti_cancelled(b->cancel))
+    for (uint32_t done = 0; done < o->it.count;) {
+        uint32_t n = o->it.count - done < 16384 ? o->it.count - done : 16384;
+        deal(b, &o->it, &o->split, o->refs + done, n, o->child_refs[0], o->child_refs[1], counts);
+        done += n;
+        if (rti_cancelled(b->cancel))
             return RT_ERROR_CANCELLED;
     }
     make_children(&o->it, &o->split, counts, o->children);

@@ -11,7 +11,7 @@
 #include "build.h"
 
 #define MAX_BINS   64u
-#define DIRECT_MAX 12u /* fewer references than this: sort and sweep at once */
+#define DIRECT_MAX 16u /* up to this many references every bound is tried with a count of its own */
 
 /* The numbers that turn counts at a plane into a cost. cap: area of the split's face, rim: perimeter of it, both over the cell's
  * area. */
@@ -23,24 +23,24 @@ typedef struct measure {
 
 static void measure_cell(const rti_build *b, const rti_cell *cell, measure m[3])
 {
-    float d[3], top = 0.0f, area;
+    float d[3], top = 0.0f, area, unit;
     for (int a = 0; a < 3; a++) {
         d[a] = cell->hi[a] - cell->lo[a];
         top = d[a] > top ? d[a] : top;
     }
     /* Relative to the longest side: areas of scenes of any size neither overflow nor vanish. */
+    unit = 1.0f / rtk_max(top, 1.0e-37f);
     for (int a = 0; a < 3; a++)
-        d[a] = top > 0.0f ? d[a] / top : 0.0f;
-    area = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
-    area = area > 0.0f ? area : 1.0f;
+        d[a] *= unit;
+    area = 1.0f / rtk_max(d[0] * d[1] + d[1] * d[2] + d[2] * d[0], 1.0e-37f);
     for (int a = 0; a < 3; a++) {
         float p = d[(a + 1) % 3], q = d[(a + 2) % 3];
         m[a].lo = cell->lo[a];
         m[a].hi = cell->hi[a];
         m[a].inner_lo = cell->lo[a] + b->min_size;
         m[a].inner_hi = cell->hi[a] - b->min_size;
-        m[a].cap = p * q / area;
-        m[a].rim = (p + q) / area / (top > 0.0f ? top : 1.0f);
+        m[a].cap = p * q * area;
+        m[a].rim = (p + q) * area * unit;
         m[a].traverse = b->cost_traverse;
         m[a].intersect = b->cost_intersect;
         m[a].keep = 1.0f - b->empty_bonus;
@@ -98,6 +98,18 @@ static void sort_floats(float *v, uint32_t n, float *temp)
         memcpy(v, from, n * sizeof *v);
 }
 
+static void consider(const measure *m, uint32_t axis, float pos, uint32_t left, uint32_t right, rti_kd_split *best)
+{
+    float c = plane_cost(m, (float)left, (float)right, pos - m->lo, m->hi - pos);
+    if (c < best->cost) {
+        best->cost = c;
+        best->pos = pos;
+        best->axis = axis;
+        best->left_count = left;
+        best->right_count = right;
+    }
+}
+
 /* Sweeps sorted bounds; left0, gone0: low and high bounds in front of them. count: references of the node. */
 static void sweep(const measure *m, uint32_t axis, const float *los, uint32_t lo_count, const float *his, uint32_t hi_count,
                   uint32_t left0, uint32_t gone0, uint32_t count, rti_kd_split *best)
@@ -107,61 +119,69 @@ static void sweep(const measure *m, uint32_t axis, const float *los, uint32_t lo
         float pos = i < lo_count && (j == hi_count || los[i] < his[j]) ? los[i] : his[j];
         while (j < hi_count && his[j] <= pos)
             j++;
-        if (pos > m->inner_lo && pos < m->inner_hi) {
-            uint32_t left = left0 + i, right = count - gone0 - j;
-            float c = plane_cost(m, (float)left, (float)right, pos - m->lo, m->hi - pos);
-            if (c < best->cost) {
-                best->cost = c;
-                best->pos = pos;
-                best->axis = axis;
-                best->left_count = left;
-                best->right_count = right;
-            }
-        }
+        if (pos > m->inner_lo && pos < m->inner_hi)
+            consider(m, axis, pos, left0 + i, count - gone0 - j, best);
         while (i < lo_count && los[i] <= pos)
             i++;
     }
 }
 
-static void split_direct(const measure m[3], const rti_ref *refs, uint32_t count, float *scratch, rti_kd_split *best)
+/* Few references: counting for each bound anew, in vectors, beats sorting. */
+static void split_direct(const measure m[3], const rti_ref *refs, uint32_t count, rti_kd_split *best)
 {
-    float *los = scratch, *his = scratch + count, *temp = his + count;
     for (uint32_t axis = 0; axis < 3; axis++) {
-        if (!(m[axis].inner_lo < m[axis].inner_hi))
-            continue;
+        float los[DIRECT_MAX], his[DIRECT_MAX], tries[2 * DIRECT_MAX];
+        uint32_t try_count = 0, padded = (count + 3) & ~3u;
         for (uint32_t i = 0; i < count; i++) {
             los[i] = refs[i].lo[axis];
             his[i] = refs[i].hi[axis];
+            tries[try_count] = los[i];
+            try_count += los[i] > m[axis].inner_lo && los[i] < m[axis].inner_hi;
+            tries[try_count] = his[i];
+            try_count += his[i] > m[axis].inner_lo && his[i] < m[axis].inner_hi;
         }
-        sort_floats(los, count, temp);
-        sort_floats(his, count, temp);
-        sweep(&m[axis], axis, los, count, his, count, 0, 0, count, best);
+        for (uint32_t i = count; i < padded; i++) {
+            los[i] = m[axis].hi;
+            his[i] = m[axis].lo;
+        }
+        for (uint32_t k = 0; k < try_count; k++) {
+            uint32_t left = 0, right = 0;
+            float pos = tries[k];
+            for (uint32_t i = 0; i < padded; i++) {
+                left += los[i] < pos;
+                right += his[i] > pos;
+            }
+            consider(&m[axis], axis, pos, left, right, best);
+        }
     }
 }
 
 typedef struct bins {
     uint32_t lo[3][MAX_BINS], hi[3][MAX_BINS]; /* low and high bounds a bin */
-    float scale[3];
+    float scale[3], last;                      /* last: the highest bin's index */
     uint32_t count;
 } bins;
 
-static inline uint32_t bin_of(float x, float lo, float scale, uint32_t bin_count)
+/* Monotone in x, which is all that the counts need to be exact. x lies in the cell, so the product is not negative. */
+static inline uint32_t bin_of(float x, float lo, float scale, float last)
 {
-    float f = (x - lo) * scale; /* monotone in x: all that the counts need to be exact */
-    return f > 0.0f ? (f < (float)bin_count ? (uint32_t)f : bin_count - 1) : 0;
+    float f = (x - lo) * scale;
+    return (uint32_t)(int32_t)(f < last ? f : last);
 }
 
 static void fill_bins(const measure m[3], const rti_ref *refs, uint32_t count, bins *n)
 {
     n->count = count < 64 ? 16 : (count < 1024 ? 32 : MAX_BINS);
-    memset(n->lo, 0, sizeof n->lo);
-    memset(n->hi, 0, sizeof n->hi);
-    for (int a = 0; a < 3; a++)
-        n->scale[a] = (float)n->count / (m[a].hi - m[a].lo);
+    n->last = (float)(n->count - 1);
+    for (int a = 0; a < 3; a++) {
+        memset(n->lo[a], 0, n->count * sizeof(uint32_t));
+        memset(n->hi[a], 0, n->count * sizeof(uint32_t));
+        n->scale[a] = rtk_min((float)n->count / (m[a].hi - m[a].lo), 3.0e38f);
+    }
     for (uint32_t i = 0; i < count; i++)
         for (int a = 0; a < 3; a++) {
-            n->lo[a][bin_of(refs[i].lo[a], m[a].lo, n->scale[a], n->count)]++;
-            n->hi[a][bin_of(refs[i].hi[a], m[a].lo, n->scale[a], n->count)]++;
+            n->lo[a][bin_of(refs[i].lo[a], m[a].lo, n->scale[a], n->last)]++;
+            n->hi[a][bin_of(refs[i].hi[a], m[a].lo, n->scale[a], n->last)]++;
         }
 }
 
@@ -208,9 +228,9 @@ static void refine_axis(const measure *m, uint32_t axis, const rti_ref *refs, ui
     uint32_t lo_count = 0, hi_count = 0, lo_done = 0, hi_done = 0, left = 0, gone = 0;
     for (uint32_t i = 0; i < count; i++) {
         los[lo_count] = refs[i].lo[axis];
-        lo_count += wanted[bin_of(refs[i].lo[axis], m->lo, n->scale[axis], n->count)];
+        lo_count += wanted[bin_of(refs[i].lo[axis], m->lo, n->scale[axis], n->last)];
         his[hi_count] = refs[i].hi[axis];
-        hi_count += wanted[bin_of(refs[i].hi[axis], m->lo, n->scale[axis], n->count)];
+        hi_count += wanted[bin_of(refs[i].hi[axis], m->lo, n->scale[axis], n->last)];
     }
     sort_floats(los, lo_count, temp);
     sort_floats(his, hi_count, temp);
@@ -264,8 +284,8 @@ rti_kd_split rti_kd_find_split(const rti_build *b, const rti_cell *cell, const r
     rti_kd_split best = {b->cost_intersect * (float)count, 0.0f, 3, 0, 0}; /* a leaf's cost: what is dearer is no split */
     measure m[3];
     measure_cell(b, cell, m);
-    if (count < DIRECT_MAX)
-        split_direct(m, refs, count, scratch, &best);
+    if (count <= DIRECT_MAX)
+        split_direct(m, refs, count, &best);
     else
         split_binned(b, m, refs, count, scratch, &best);
     return best;

@@ -107,16 +107,13 @@ bool rti_ref_root(const rti_build *b, uint32_t prim, rti_ref *out)
     return ok;
 }
 
-unsigned rti_ref_cut(const rti_build *b, const rti_cell *cell, const rti_ref *ref, unsigned axis, float pos, rti_ref *left,
-                     rti_ref *right)
+unsigned rti_ref_cut(const rti_build *b, const rti_cell *cell, const rti_ref *ref, unsigned axis, float pos, bool clip,
+                     rti_ref *left, rti_ref *right)
 {
-    *left = *ref;
-    *right = *ref;
-    if (!(ref->lo[axis] < pos))
-        return 2;
-    if (!(ref->hi[axis] > pos))
-        return 1;
-    if (ref->prim >= b->in->tri_count) {
+    left->prim = right->prim = ref->prim;
+    left->pad = right->pad = 0;
+    if (!clip || ref->prim >= b->in->tri_count) {
+        *left = *right = *ref;
         left->hi[axis] = pos;
         right->lo[axis] = pos;
         return 3;
