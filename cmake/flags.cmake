@@ -23,5 +23,6 @@ endif()
 option(LIBRT_FUZZ "Drive the fuzz targets with libFuzzer (Clang)" OFF)
 if(LIBRT_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link)
+  add_compile_definitions(FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION=1) # checksums are not held against a fuzzer
   add_link_options(-fsanitize=fuzzer-no-link)
 endif()

@@ -103,6 +103,21 @@ static rt_status jpeg_frame(const rti_image_source *src, size_t at, uint32_t len
     return check_ratio(src, "JPEG", shape->width * shape->height, 512);
 }
 
+/* Huffman tables of more than 256 codes overrun stb_image's arrays (2022). */
+static rt_status jpeg_tables(const rti_image_source *src, size_t at, uint32_t length)
+{
+    const uint8_t *p = src->bytes + at + 4, *end = src->bytes + at + 2 + length;
+    while (p < end) {
+        uint32_t codes = 0;
+        for (int i = 1; i <= 16 && end - p > 16; i++)
+            codes += p[i];
+        if (end - p < 17 || codes > 256 || codes > (size_t)(end - p) - 17)
+            return rti_image_broken(src, at, "a Huffman table of this JPEG file is damaged");
+        p += 17 + codes;
+    }
+    return RT_OK;
+}
+
 rt_status rti_jpeg_check(const rti_image_source *src, rti_image_shape *shape)
 {
     const uint8_t *p = src->bytes;
@@ -126,11 +141,11 @@ rt_status rti_jpeg_check(const rti_image_source *src, rti_image_shape *shape)
             return rti_image_broken(src, at, "a JPEG segment of %u bytes", (unsigned)length);
         if (src->size - at - 2 < length)
             return rti_image_cut(src, "JPEG", (uint64_t)at + 2 + length + 2);
-        if (jpeg_is_frame(marker)) {
-            rt_status status = jpeg_frame(src, at, length, shape);
-            if (status)
-                return status;
-        }
+        rt_status status = jpeg_is_frame(marker) ? jpeg_frame(src, at, length, shape)
+                           : marker == 0xc4      ? jpeg_tables(src, at, length)
+                                                 : RT_OK;
+        if (status)
+            return status;
         at += 2 + (size_t)length;
         if (marker == 0xda) {
             scanned = true;

@@ -216,7 +216,7 @@ rt_status rti_ply_head(ply *f)
             return rti_ply_fail(f, "the file ends within its PLY header ('end_header' is missing)");
         if (f->line == 1)
             status =
-                is((word){f->p, 3}, "ply") && f->end - f->p >= 4 ? RT_OK : rti_ply_fail(f, "a PLY file begins with a line 'ply'");
+                stop - f->p >= 3 && is((word){f->p, 3}, "ply") ? RT_OK : rti_ply_fail(f, "a PLY file begins with a line 'ply'");
         else
             status = head_line(f, f->p, stop, &coding, &format_seen, &done);
         f->p = stop + 1;
