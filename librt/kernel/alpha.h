@@ -3,7 +3,6 @@
 #define RTK_ALPHA_H
 
 #include "snapshot.h"
-#include "texture.h"
 
 RTK_FN rtk_u32 rtk_alpha_material(RT_GLOBAL const rtk_group *g, RT_GLOBAL const rtk_geom *geom, rtk_u32 prim, rtk_u32 placed)
 {
@@ -37,6 +36,23 @@ RTK_FN void rtk_alpha_uv(RT_GLOBAL const rtk_group *g, RT_GLOBAL const rtk_geom 
     *v = geom->uv_xfm[3] * x + geom->uv_xfm[4] * y + geom->uv_xfm[5];
 }
 
+RTK_FN rtk_u32 rtk_alpha_texel(float x, rtk_u32 size, rtk_u32 flags)
+{
+    float f = flags & RTK_TEX_CLAMP ? rtk_clamp(x, 0.0f, 1.0f) : x - rtk_floor(x);
+    float at = f * (float)size;
+    return at > 0.0f ? rtk_umin((rtk_u32)rtk_min(at, 1.0e9f), size - 1u) : 0u;
+}
+
+/* The nearest texel of the finest level: its alpha, or its grey when the picture has none. */
+RTK_FN float rtk_alpha_at(rtk_texture tex, float u, float v)
+{
+    RT_GLOBAL const rtk_u8 *base = (RT_GLOBAL const rtk_u8 *)tex.head + tex.head->off_level[0];
+    rtk_u32 w = tex.head->width, flags = tex.head->flags, channel = flags & RTK_TEX_ALPHA ? 3u : 1u;
+    rtk_u32 x = rtk_alpha_texel(u, w, flags), y = rtk_alpha_texel(v, tex.head->height, flags);
+    rtk_u64 tile = (rtk_u64)(y / 8u) * ((w + 7u) / 8u) + x / 8u, i = 4u * (tile * 64u + (y % 8u) * 8u + x % 8u) + channel;
+    return flags & RTK_TEX_FLOAT ? ((RT_GLOBAL const float *)base)[i] : (float)base[i] / 255.0f;
+}
+
 /* placed: the instance's material, or RTK_INVALID. */
 RTK_COLD int rtk_alpha_solid(const rtk_scene *s, RT_GLOBAL const rtk_group *g, rtk_u32 geom_index, rtk_u32 prim, rtk_u32 placed,
                              rtk_vec3 p, float u, float v)
@@ -46,7 +62,7 @@ RTK_COLD int rtk_alpha_solid(const rtk_scene *s, RT_GLOBAL const rtk_group *g, r
     if (id >= s->material_count || s->materials[id].alpha_tex >= s->texture_count)
         return 1;
     rtk_alpha_uv(g, geom, prim, p, &u, &v);
-    return !(rtk_texture_alpha(s->textures[s->materials[id].alpha_tex], u, v) < s->materials[id].alpha_cut);
+    return !(rtk_alpha_at(s->textures[s->materials[id].alpha_tex], u, v) < s->materials[id].alpha_cut);
 }
 
 #endif
