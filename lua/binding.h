@@ -102,6 +102,7 @@ void rtl_image_put(lua_State *L, void *userdata, rt_image *image);
 rt_render_desc rtl_render_fields(lua_State *L, int index);
 rt_save_desc rtl_save_fields(lua_State *L, int index);
 
+void rtl_open_common(lua_State *L);
 void rtl_open_buffer(lua_State *L);
 void rtl_open_scene(lua_State *L);
 void rtl_open_commit(lua_State *L);

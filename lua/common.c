@@ -4,6 +4,8 @@
 #include <stdarg.h>
 #include <string.h>
 
+#define RTL_FAILURE "rt.failure" /* key of the registry */
+
 /* ---- errors ---- */
 
 const char rtl_lost_place = 0;
@@ -53,7 +55,26 @@ void rtl_check(lua_State *L, rtl_context *c, rt_status status)
     if (rt_context_error(rtl_context_rt(c), text, sizeof text) == 0) {
         rtl_raise(L, "%s", rt_status_name(status));
     }
+    lua_createtable(L, 0, 2); /* messages are strings; who needs the status of one asks last_failure */
+    lua_pushstring(L, rt_status_name(status));
+    lua_setfield(L, -2, "status");
+    lua_pushstring(L, text);
+    lua_setfield(L, -2, "text");
+    lua_setfield(L, LUA_REGISTRYINDEX, RTL_FAILURE);
     rtl_raise(L, "%s", text);
+}
+
+/* last_failure() -> { status = "RT_ERROR_IO", text = ... } of the last call that librt refused | nil */
+static int last_failure(lua_State *L)
+{
+    lua_getfield(L, LUA_REGISTRYINDEX, RTL_FAILURE);
+    return 1;
+}
+
+void rtl_open_common(lua_State *L)
+{
+    static const luaL_Reg functions[] = {{"last_failure", last_failure}, {NULL, NULL}};
+    rtl_add_functions(L, functions);
 }
 
 /* ---- the state ---- */

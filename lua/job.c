@@ -157,6 +157,9 @@ static int render_memory(lua_State *L)
 static int render_defaults(lua_State *L)
 {
     rt_render_desc d = rt_render_desc_default();
+    d.width = 800; /* a picture to look at, where the C library's are the least that makes sense */
+    d.height = 600;
+    d.samples = 16;
     lua_createtable(L, 0, 20);
     set_count(L, "width", d.width);
     set_count(L, "height", d.height);

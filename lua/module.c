@@ -80,6 +80,7 @@ static void open_core(lua_State *L)
     static const luaL_Reg functions[] = {
         {"cwd", cwd}, {"clock", clock_seconds}, {"where", where}, {"on_lost_place", on_lost_place}, {NULL, NULL}};
     luaL_newlib(L, functions);
+    rtl_open_common(L);
     rtl_open_context(L);
     rtl_open_buffer(L);
     rtl_open_scene(L);

@@ -12,7 +12,7 @@ local NEWLINE, HASH, SLASH, COMMA, QUOTE, APOSTROPHE = 10, 35, 47, 44, 34, 39
 
 -- read(n): the next at most n bytes; nil at the end; nil and a reason when reading fails.
 function lexer.new(read, name)
-  local self = setmetatable({ read = read, name = words.quote(name), buffer = "", rest = "", pos = 1, line = 1, at = 1, first = true }, lexer)
+  local self = setmetatable({ read = read, name = words.quote(name, 4096), buffer = "", rest = "", pos = 1, line = 1, at = 1, first = true }, lexer)
   return self
 end
 

@@ -2,10 +2,11 @@
 
 local words = {}
 
--- Foreign text for a message: control bytes and broken UTF-8 are shown as \xNN, long text is cut.
-function words.quote(text)
-  if #text > 60 then
-    text = text:sub(1, 57) .. "..."
+-- Foreign text for a message: control bytes and broken UTF-8 are shown as \xNN, text longer than `most` bytes (60) is cut.
+function words.quote(text, most)
+  most = most or 60
+  if #text > most then
+    text = text:sub(1, most - 3) .. "..."
   end
   local hex = function(c)
     return string.format("\\x%02X", c:byte())

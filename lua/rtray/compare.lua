@@ -41,7 +41,7 @@ function compare.run(_, values, arguments)
     end
     return 4
   end
-  local d = a:compare(b, values.map ~= nil)
+  local d = a:compare(b, { map = values.map ~= nil })
   local equal = d.differing == 0 or values.tolerance ~= nil and d.max <= values.tolerance
   if values.map then
     d.map:save(values.map)

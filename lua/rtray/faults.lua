@@ -4,14 +4,23 @@ local sys = require "rtray.sys"
 
 local faults = {}
 
-local MACHINE = { "not enough memory", "could not be had", "memory limit", "RT_ERROR_MEMORY", "RT_ERROR_THREAD" }
-for _, reason in ipairs(sys.failures()) do
-  MACHINE[#MACHINE + 1] = reason
+local MACHINE = { RT_ERROR_MEMORY = true, RT_ERROR_MEMORY_LIMIT = true, RT_ERROR_THREAD = true }
+
+-- Reasons of the system that are the machine's: in the module's messages by number, in our own by their words.
+local REASONS = { "not enough memory" }
+for _, failure in ipairs(sys.failures()) do
+  REASONS[#REASONS + 1] = failure.text
+  REASONS[#REASONS + 1] = ("(errno %d)"):format(failure.number)
 end
 
 local function is_machine(message)
-  for _, sign in ipairs(MACHINE) do
-    if message:find(sign, 1, true) then
+  local core = package.loaded["rt.core"]
+  local failure = core and core.last_failure()
+  if failure and MACHINE[failure.status] and message:sub(-#failure.text) == failure.text then
+    return true
+  end
+  for _, reason in ipairs(REASONS) do
+    if message:find(reason, 1, true) then
       return true
     end
   end

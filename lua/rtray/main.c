@@ -39,6 +39,13 @@ static void preload(lua_State *L)
     lua_pop(L, 1);
 }
 
+static void require(lua_State *L, const char *name)
+{
+    lua_getglobal(L, "require");
+    lua_pushstring(L, name);
+    lua_call(L, 1, 1);
+}
+
 /* main(argc, argv): leaves the exit status on the stack. */
 static int run(lua_State *L)
 {
@@ -47,9 +54,9 @@ static int run(lua_State *L)
     luaL_openlibs(L);
     preload(L);
     rtray_catch_signals(L);
-    lua_getglobal(L, "require");
-    lua_pushliteral(L, "rtray.main");
-    lua_call(L, 1, 1);
+    require(L, "rt"); /* makes its parts known, which the program uses too */
+    lua_pop(L, 1);
+    require(L, "rtray.main");
     lua_createtable(L, argc, 0);
     for (int i = 0; i < argc; i++) {
         lua_pushstring(L, argv[i]);

@@ -28,8 +28,14 @@ local function dispatch(argv)
   return require(command.module)[command.entry or "run"](command, values, arguments)
 end
 
+local function run(argv)
+  local status = dispatch(argv)
+  output.finish()
+  return status
+end
+
 return function(argv)
-  local ok, result = xpcall(dispatch, faults.of, argv)
+  local ok, result = xpcall(run, faults.of, argv)
   if ok then
     return result
   end

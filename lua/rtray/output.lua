@@ -4,11 +4,20 @@ local sys = require "rtray.sys"
 
 local output = {}
 
-function output.write(text)
-  local ok, why = sys.write(1, text)
+local function check(ok, why)
   if not ok then
     error({ status = 3, message = "standard output cannot be written: " .. why }, 0)
   end
+end
+
+function output.write(text)
+  check(io.stdout:flush()) -- what the script has written comes first
+  check(sys.write(1, text))
+end
+
+-- At the end: what a script wrote must have arrived.
+function output.finish()
+  check(io.stdout:flush())
 end
 
 function output.print(...)

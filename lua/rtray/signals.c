@@ -5,9 +5,11 @@
 
 #include <signal.h>
 #include <string.h>
+#include <time.h>
 
 static volatile sig_atomic_t caught;   /* the first signal, 0: none */
 static volatile sig_atomic_t deferred; /* the program polls sys.interrupted */
+static struct timespec caught_at;      /* written by the handler alone, which no other signal of ours interrupts */
 static lua_State *volatile state;
 
 static void raise_interrupted(lua_State *L, lua_Debug *ar)
@@ -26,13 +28,21 @@ static void set_default(int signo)
     sigaction(signo, &action, NULL);
 }
 
+/* Starters that hand on a terminal's Ctrl-C make two signals of one: the second counts when it comes later. */
+#define SAME_NANOSECONDS 100000000
+
 static void on_signal(int signo)
 {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
     if (caught) {
-        set_default(signo);
-        raise(signo);
+        if ((now.tv_sec - caught_at.tv_sec) * 1000000000LL + now.tv_nsec - caught_at.tv_nsec > SAME_NANOSECONDS) {
+            set_default(signo);
+            raise(signo);
+        }
         return;
     }
+    caught_at = now;
     caught = signo;
     if (!deferred && state) {
         lua_sethook(state, raise_interrupted, LUA_MASKCALL | LUA_MASKRET | LUA_MASKLINE | LUA_MASKCOUNT, 1);
@@ -51,6 +61,8 @@ void rtray_catch_signals(lua_State *L)
         memset(&action, 0, sizeof action);
         action.sa_handler = on_signal;
         sigemptyset(&action.sa_mask);
+        sigaddset(&action.sa_mask, SIGINT);
+        sigaddset(&action.sa_mask, SIGTERM);
         sigaction(signals[i], &action, NULL);
     }
 }

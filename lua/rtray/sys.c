@@ -236,13 +236,17 @@ static int run(lua_State *L)
     return 2;
 }
 
-/* failures(): the reasons that are the machine's fault, as the system words them. */
+/* failures(): { number, text } of the reasons that are the machine's fault. */
 static int failures(lua_State *L)
 {
     static const int errors[] = {ENOSPC, EDQUOT, EIO, EFBIG, EROFS, ENOMEM};
     lua_createtable(L, (int)(sizeof errors / sizeof errors[0]), 0);
     for (size_t i = 0; i < sizeof errors / sizeof errors[0]; i++) {
+        lua_createtable(L, 0, 2);
+        lua_pushinteger(L, errors[i]);
+        lua_setfield(L, -2, "number");
         lua_pushstring(L, strerror(errors[i]));
+        lua_setfield(L, -2, "text");
         lua_rawseti(L, -2, (lua_Integer)i + 1);
     }
     return 1;

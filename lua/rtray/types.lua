@@ -4,8 +4,9 @@ local words = require "rt.words"
 
 local types = {}
 
+-- Names of files are shown whole.
 function types.quote(text)
-  return "'" .. words.quote(text) .. "'"
+  return "'" .. words.quote(text, 4096) .. "'"
 end
 
 local readers = {}

@@ -72,13 +72,13 @@ end
 -- A scene that renders in milliseconds.
 support.SMALL = [[
 local rt = require "rt"
-local p = rt.params { size = { 1, min = 0.1, max = 2, help = "radius of the ball" }, sets = { large = { size = 2 } } }
+local p = rt.params { radius = { 1, min = 0.1, max = 2, help = "radius of the ball" }, sets = { large = { radius = 2 } } }
 return rt.scene {
   settings = { width = 40, height = 30, samples = 2 },
   camera = rt.camera { eye = {0, 1, 5}, look_at = {0, 0, 0}, fov = 45 },
   ambient = {0.2, 0.2, 0.2},
   rt.point_light { at = {5, 5, 5} },
-  rt.sphere { center = {0, 0, 0}, radius = p.size, material = rt.classic { color = {0.9, 0.3, 0.2} } },
+  rt.sphere { center = {0, 0, 0}, radius = p.radius, material = rt.classic { color = {0.9, 0.3, 0.2} } },
   rt.plane { point = {0, -1, 0}, normal = {0, 1, 0} },
 }
 ]]
