@@ -1,6 +1,6 @@
-/* The kernel headers through an OpenCL driver: they build as CL 1.2 and 3.0, structs have the sizes they have here, and where the
- * device's floats are ours (denormals, correctly rounded division and root) every result is the same to the bit.
- * usage: opencl KERNEL_DIR TEST_DIR. Exit 77: no device to ask. */
+/* The kernel headers through an OpenCL driver: they and the tracers' walks build as CL 1.2 and 3.0, structs have the sizes they
+ * have here, and where the device's floats are ours (denormals, correctly rounded division and root) every result is the same to
+ * the bit. usage: opencl KERNEL_DIR TEST_DIR. Exit 77: no device to ask. */
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
 #include <stdio.h>
@@ -56,10 +56,9 @@ static int exact(const device *d)
     return (config & CL_FP_DENORM) && (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT);
 }
 
-static cl_program build(const device *d, const char *standard, const char *kernel_dir, const char *test_dir)
+static cl_program build(const device *d, const char *source, const char *standard, const char *kernel_dir, const char *test_dir)
 {
     char options[4096];
-    const char *source = "#include \"probe.cl\"\n";
     cl_int status;
     cl_program program = clCreateProgramWithSource(d->context, 1, &source, NULL, &status);
     need(status, "program");
@@ -197,7 +196,8 @@ int main(int argc, char **argv)
     }
     cl_mem r = buffer(&d, sizeof rays, rays), t = buffer(&d, sizeof tris, tris), s = buffer(&d, sizeof shapes, shapes);
     for (int k = 0; k < 2; k++) {
-        cl_program program = build(&d, standards[k], argv[1], argv[2]);
+        cl_program program = build(&d, "#include \"probe.cl\"\n", standards[k], argv[1], argv[2]);
+        clReleaseProgram(build(&d, "#include \"walks.cl\"\n", standards[k], argv[1], argv[2]));
         judge_sizes(&d, program);
         int bad = judge_bits(&d, program, r, t, s, want, got);
         printf("%s as %s: %d of %d words differ (%d items with hits)\n", d.name, standards[k], bad, ITEMS * PROBE_WORDS, hits);
