@@ -64,19 +64,23 @@ RTK_FN int RTK_NAME(top_ref)(rtk_query *q, rtk_u32 mode, const rtk_pray *r, rtk_
 #undef RTK_WALK
 #undef RTK_PRIM
 
-RTK_FN int RTK_NAME(trace)(rtk_query *q)
+/* All instances. */
+RTK_FN int RTK_NAME(instances)(rtk_query *q)
 {
     const rtk_scene *s = q->scene;
     rtk_pray top;
     rtk_u32 i;
-    if (!rtk_ray_valid(q->ray))
-        return 0;
-    if (rtk_query_planes(q, RTK_MODE, q->ray) || RTK_NAME(group)(q, q->ray))
-        return 1;
     for (i = 0u; i < s->unbounded_count; i++)
         if (RTK_NAME(instance)(q, s->unbounded[i], q->ray.org, 0.0f))
             return 1;
-    if (!(s->top_lo.x <= s->top_hi.x) || !rtk_ray_prepare(q->ray, s->top_lo, s->top_hi, s->top_scale, &top))
+    if (s->instance_count == s->unbounded_count || !rtk_ray_prepare(q->ray, s->top_lo, s->top_hi, s->top_scale, &top))
         return 0;
     return RTK_NAME(top_walk)(q, s->RTK_TOP_TREE, s->instance_count, &top, 0.0f);
+}
+
+RTK_FN int RTK_NAME(trace)(rtk_query *q)
+{
+    if (!rtk_ray_valid(q->ray))
+        return 0;
+    return rtk_query_planes(q, RTK_MODE, q->ray) || RTK_NAME(group)(q, q->ray) || RTK_NAME(instances)(q);
 }

@@ -4,4 +4,5 @@
 #define RTK_WALK_INL    "../kernel/kd_stack.inl"
 #define RTK_TREE        kdtree
 #define RTK_TOP_TREE    top_kdtree
-#include "single.inl"
+#define RTI_MODE_INL    "single.inl"
+#include "modes.inl"

@@ -4,4 +4,5 @@
 #define RTK_WALK_INL    "../kernel/octree_walk.inl"
 #define RTK_TREE        octree
 #define RTK_TOP_TREE    top_octree
-#include "single.inl"
+#define RTI_MODE_INL    "single.inl"
+#include "modes.inl"

@@ -1,0 +1,61 @@
+/* A tracer's two functions, from one body compiled once a mode.
+ *
+ * Template. The including file defines RTI_TRACER_NAME; RTI_MODE_INL, the body: it defines RTK_NAME(rays) for the mode RTK_MODE
+ * (single.inl is the one for one ray at a time); and what that asks for.
+ */
+#include "lane.h"
+#include "tracers.h"
+
+#define JOIN_(a, b, c) a##_##b##_##c
+#define JOIN(a, b, c)  JOIN_(a, b, c)
+#define RTK_NAME(x)    JOIN(RTI_TRACER_NAME, x, RTK_MODE)
+
+#define RTK_MODE 0
+#include RTI_MODE_INL
+#undef RTK_MODE
+#define RTK_MODE 1 /* any */
+#include RTI_MODE_INL
+#undef RTK_MODE
+#define RTK_MODE 2 /* after */
+#include RTI_MODE_INL
+#undef RTK_MODE
+#define RTK_MODE 4 /* steps */
+#include RTI_MODE_INL
+#undef RTK_MODE
+#define RTK_MODE 5 /* any, steps */
+#include RTI_MODE_INL
+#undef RTK_MODE
+#define RTK_MODE 6 /* after, steps */
+#include RTI_MODE_INL
+#undef RTK_MODE
+
+#define RAYS(mode, hits, occluded) JOIN(RTI_TRACER_NAME, rays, mode)(scene, rays, hits, occluded, count, scratch)
+
+void JOIN(rti_trace, RTI_TRACER_NAME, intersect)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
+                                                 uint32_t count, uint32_t flags, rti_scratch *scratch)
+{
+    scratch->stats.rays += count;
+    switch (flags & (RTI_TRACE_AFTER | RTI_TRACE_STEPS)) {
+    case 0:
+        RAYS(0, hits, NULL);
+        break;
+    case RTI_TRACE_AFTER:
+        RAYS(2, hits, NULL);
+        break;
+    case RTI_TRACE_STEPS:
+        RAYS(4, hits, NULL);
+        break;
+    default:
+        RAYS(6, hits, NULL);
+    }
+}
+
+void JOIN(rti_trace, RTI_TRACER_NAME, occluded)(const rtk_scene *scene, const rtk_trace_block *rays, uint16_t *occluded,
+                                                uint32_t count, uint32_t flags, rti_scratch *scratch)
+{
+    scratch->stats.rays += count;
+    if (flags & RTI_TRACE_STEPS)
+        RAYS(5, NULL, occluded);
+    else
+        RAYS(1, NULL, occluded);
+}
