@@ -20,19 +20,11 @@ static uint64_t memory_of(const rti_frame *frame, uint32_t geom_count)
 static rt_status check_memory(rt_context *ctx, const char *what, const rti_frame *frame, uint64_t bytes)
 {
     const rt_render_desc *d = &frame->set.desc;
-    uint64_t available;
     if (d->memory_limit && bytes > d->memory_limit)
-        return rti_fail(
-            ctx, RT_ERROR_MEMORY_LIMIT,
-            "%s: %u x %u pixels with %u workers need %llu bytes; memory_limit is %llu. rt_render_to_file renders in bands", what,
-            d->crop.width, d->crop.height, d->workers, (unsigned long long)bytes, (unsigned long long)d->memory_limit);
-    available = rt_memory_available();
-    if (bytes > available)
-        return rti_fail(
-            ctx, RT_ERROR_MEMORY_LIMIT,
-            "%s: %u x %u pixels with %u workers need %llu bytes; the machine has %llu free. rt_render_to_file renders in "
-            "bands",
-            what, d->crop.width, d->crop.height, d->workers, (unsigned long long)bytes, (unsigned long long)available);
+        return rti_fail(ctx, RT_ERROR_MEMORY_LIMIT,
+                        "%s: %u x %u pixels with %u workers need %llu bytes; memory_limit is %llu. rt_render_to_file renders in bands",
+                        what, d->crop.width, d->crop.height, d->workers, (unsigned long long)bytes,
+                        (unsigned long long)d->memory_limit);
     return rti_image_check_room(ctx, what, d->crop.width, d->crop.height, bytes);
 }
 

@@ -91,7 +91,7 @@ RT_API void rt_job_destroy(rt_job *job);
 typedef struct rt_render_stats {
     double seconds, build_seconds;
     uint64_t rays_camera, rays_shadow, rays_reflect, rays_refract, rays_diffuse, rays_ao;
-    uint64_t nodes, tests;                  /**< visited nodes, tested primitives */
+    uint64_t nodes, tests;                  /**< visited nodes, tested primitives; counted by the integrator "cost" alone */
     uint64_t clamped, dropped;              /**< film contributions limited, and NaN or infinite ones left out */
     uint64_t memory;                        /**< bytes the render took */
     uint32_t workers, tiles, tiles_done;
