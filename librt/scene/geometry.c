@@ -23,7 +23,7 @@ rt_status rti_geometry_push(rt_scene *scene, const char *call, const rt_geometry
                         RTI_MAX_PRIMS);
     g = rti_array_push(scene->ctx, &scene->geometries, sizeof *g);
     if (!g)
-        return rti_fail_memory(scene->ctx, call, sizeof *g);
+        return rti_array_refused(scene->ctx, call, &scene->geometries, 1, sizeof *g);
     g->type = type;
     g->alive = 1;
     g->material = common->material.id;

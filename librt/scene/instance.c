@@ -74,7 +74,7 @@ rt_status rt_scene_add_instance(rt_scene *scene, const rt_instance_desc *desc, r
         return status;
     slot = rti_array_push(scene->ctx, &scene->instances, sizeof *slot);
     if (!slot)
-        return rti_fail_memory(scene->ctx, call, sizeof *slot);
+        return rti_array_refused(scene->ctx, call, &scene->instances, 1, sizeof *slot);
     rti_scene_retain(d.child);
     slot->child = d.child;
     memcpy(slot->to_world.m, d.transform.m, sizeof slot->to_world.m);

@@ -93,7 +93,7 @@ rt_status rt_scene_add_light(rt_scene *scene, const rt_light_desc *desc, rt_ligh
                         scene->lights.count);
     slot = rti_array_push(scene->ctx, &scene->lights, sizeof *slot);
     if (!slot)
-        return rti_fail_memory(scene->ctx, call, sizeof *slot);
+        return rti_array_refused(scene->ctx, call, &scene->lights, 1, sizeof *slot);
     *slot = l;
     scene->geometry_changed |= l.visible;
     if (light)

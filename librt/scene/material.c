@@ -95,7 +95,7 @@ rt_status rt_scene_add_material(rt_scene *scene, const rt_material_desc *desc, r
                         scene->materials.count);
     slot = rti_array_push(scene->ctx, &scene->materials, sizeof *slot);
     if (!slot)
-        return rti_fail_memory(scene->ctx, call, sizeof *slot);
+        return rti_array_refused(scene->ctx, call, &scene->materials, 1, sizeof *slot);
     *slot = m;
     if (material)
         material->id = (uint32_t)(scene->materials.count - 1);

@@ -14,6 +14,12 @@ void *rti_array_push(rt_context *ctx, rti_array *array, size_t item_size)
     return item;
 }
 
+rt_status rti_array_refused(rt_context *ctx, const char *call, const rti_array *array, size_t more, size_t item_size)
+{
+    size_t need = array->count + more, grown = 2 * array->capacity;
+    return rti_fail_memory(ctx, call, (need > grown ? need : grown) * item_size);
+}
+
 static void array_free(rt_context *ctx, rti_array *array, size_t item_size)
 {
     rti_free(ctx, array->data, array->capacity * item_size);

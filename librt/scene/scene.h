@@ -91,6 +91,8 @@ struct rt_scene {
 
 /* Pushes one zeroed item; NULL: no memory (nothing changed). Counts up: take back with array->count--. */
 void *rti_array_push(rt_context *ctx, rti_array *array, size_t item_size);
+/* The sentence for a push or reserve that failed: arrays grow by doubling. */
+rt_status rti_array_refused(rt_context *ctx, const char *call, const rti_array *array, size_t more, size_t item_size);
 /* As RT_ERROR_STATE with a sentence when the scene came from a file. */
 rt_status rti_scene_editable(const rt_scene *scene, const char *call);
 void rti_scene_retain(rt_scene *scene);

@@ -35,7 +35,7 @@ static rt_status push_shapes(rt_scene *scene, const char *call, const rt_geometr
 {
     rt_status status;
     if (!rti_reserve(scene->ctx, &scene->shapes.data, &scene->shapes.capacity, scene->shapes.count, count, sizeof **shapes))
-        return rti_fail_memory(scene->ctx, call, count * sizeof **shapes);
+        return rti_array_refused(scene->ctx, call, &scene->shapes, count, sizeof **shapes);
     status = rti_geometry_push(scene, call, common, RTK_GEOM_SHAPES, count, geometry);
     if (status != RT_OK)
         return status;
@@ -355,7 +355,7 @@ rt_status rt_scene_add_plane(rt_scene *scene, const rt_plane_desc *desc, rt_geom
         return status;
     plane = rti_array_push(scene->ctx, &scene->planes, sizeof *plane);
     if (!plane)
-        return rti_fail_memory(scene->ctx, call, sizeof *plane);
+        return rti_array_refused(scene->ctx, call, &scene->planes, 1, sizeof *plane);
     status = rti_geometry_push(scene, call, &d.common, RTK_GEOM_PLANE, 1, &g);
     if (status != RT_OK) {
         scene->planes.count--;

@@ -45,7 +45,7 @@ static rt_status push(rt_scene *scene, const char *call, rti_chunk *chunk, const
     rti_texture *slot = rti_array_push(scene->ctx, &scene->textures, sizeof *slot);
     if (!slot) {
         rti_chunk_release(chunk);
-        return rti_fail_memory(scene->ctx, call, sizeof *slot);
+        return rti_array_refused(scene->ctx, call, &scene->textures, 1, sizeof *slot);
     }
     slot->chunk = chunk;
     if (source)
