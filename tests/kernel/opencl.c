@@ -197,7 +197,7 @@ int main(int argc, char **argv)
     cl_mem r = buffer(&d, sizeof rays, rays), t = buffer(&d, sizeof tris, tris), s = buffer(&d, sizeof shapes, shapes);
     for (int k = 0; k < 2; k++) {
         cl_program program = build(&d, "#include \"probe.cl\"\n", standards[k], argv[1], argv[2]);
-        clReleaseProgram(build(&d, "#include \"walks.cl\"\n", standards[k], argv[1], argv[2]));
+        clReleaseProgram(build(&d, "#include \"../walks.h\"\n", standards[k], argv[1], argv[2]));
         judge_sizes(&d, program);
         int bad = judge_bits(&d, program, r, t, s, want, got);
         printf("%s as %s: %d of %d words differ (%d items with hits)\n", d.name, standards[k], bad, ITEMS * PROBE_WORDS, hits);
