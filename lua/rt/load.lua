@@ -41,26 +41,6 @@ local function run_script(r)
   return value
 end
 
--- A mesh file as a picture: the mesh on a floor under a lamp, with a camera that frames it.
-local function show_mesh(r)
-  return run.call(r, function()
-    local shapes, mesh, light, material = require "rt.shapes", require "rt.mesh", require "rt.light", require "rt.material"
-    local shown = scene.new { mesh.mesh { file = run.absolute(r.path), smooth = true }, settings = { max_depth = 4 } }
-    local low, high = shown:bounds()
-    if not low then
-      error(r.path .. ": the file has no triangle to show", 0)
-    end
-    local size = math.max(high[1] - low[1], high[2] - low[2], high[3] - low[3])
-    shown:set_camera(light.camera(scene.framing(shown))) -- before the floor and the lamp, which the camera need not hold
-    shown:add(
-      shapes.plane { point = { 0, low[2], 0 }, normal = { 0, 1, 0 }, material = material.classic { color = { 0.6, 0.6, 0.6 } } },
-      light.sphere { at = { high[1] + size, high[2] + 2 * size, high[3] + size }, radius = 0.2 * size, color = { 0.8, 0.8, 0.8 } }
-    )
-    scene.set_world(shown, { ambient = { 0.25, 0.25, 0.25 }, background = { 0.55, 0.65, 0.8 }, background_top = { 0.25, 0.4, 0.7 } })
-    return shown
-  end)
-end
-
 local option_fields = {
   set = check.string, seed = check.integer { low = math.mininteger, high = math.maxinteger },
   settings = function(value, who) return settings.check(value, who .. ": settings") end,
@@ -98,7 +78,7 @@ function load.load(path, overrides, options)
   end
   no_params(r, "a file of this kind")
   if MESHES[ending] then
-    return show_mesh(r), r
+    return run.call(r, require("rt.present").load, run.absolute(path), path), r
   elseif ending == "rts" then
     return run.call(r, scene.load_snapshot, run.absolute(path)), r
   elseif ending == "sdf" then

@@ -7,6 +7,13 @@ local progress = require "rtray.progress"
 
 local bands = {}
 
+local BAND = 2 ^ 28 | 0 -- bytes
+
+-- The pixels of a band, so that with film and scratch it stays below the limit; 0 is the library's own choice.
+local function band_memory(limit)
+  return limit > 0 and math.min(limit // 6, BAND) or 0
+end
+
 function bands.render(opened, target, values)
   local scene = opened.scene
   local settings = scene:effective()
@@ -15,7 +22,7 @@ function bands.render(opened, target, values)
   sys.defer(true)
   local at = 0
   local whole = scene:render_to_file(target.path, {
-    save = target.save, band_memory = values.band_memory,
+    save = target.save, band_memory = values.band_memory or band_memory(settings.memory_limit or 0),
     progress = function(done)
       at = done
       shown:update(done)
