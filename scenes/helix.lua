@@ -1,7 +1,7 @@
 -- scenes/helix.lua: two strands and their rungs, as a molecule model: many spheres in one buffer, cylinders between
 local rt = require "rt"
 
-local p = rt.params { turns = { 2.5, min = 0.5, max = 12 }, pairs = { 26, min = 2, max = 400, integer = true } }
+local p = rt.params { turns = { 2.5, min = 0.5, max = 12 }, pairs = { 26, min = 2, max = 400 } }
 
 local bases = { rt.classic { color = {0.85, 0.25, 0.2}, specular = 0.5, shininess = 80 }, rt.classic { color = {0.95, 0.75, 0.25}, specular = 0.5, shininess = 80 },
   rt.classic { color = {0.25, 0.6, 0.35}, specular = 0.5, shininess = 80 }, rt.classic { color = {0.25, 0.45, 0.8}, specular = 0.5, shininess = 80 } }

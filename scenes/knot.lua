@@ -1,7 +1,7 @@
 -- scenes/knot.lua: a mesh made in the script: a tube along a torus knot, with smooth normals
 local rt = require "rt"
 
-local p = rt.params { p = { 2, min = 1, max = 9, integer = true }, q = { 3, min = 1, max = 9, integer = true } }
+local p = rt.params { p = { 2, min = 1, max = 9 }, q = { 3, min = 1, max = 9, integer = true } }
 
 local along, around, radius = 480, 32, 0.33
 
@@ -14,8 +14,8 @@ end
 local vertices, normals, faces = {}, {}, {}
 for i = 0, along - 1 do
   local c, ahead = point(i / along), point((i + 1e-3) / along)
-  local t = (ahead - c):unit()
-  local a = t:cross(rt.vec(0, 0, 1)):unit()
+  local t = (ahead - c):normalize()
+  local a = t:cross(rt.vec(0, 0, 1)):normalize()
   local b = t:cross(a)
   for k = 0, around - 1 do
     local w = 2 * math.pi * k / around

@@ -2,17 +2,17 @@
 -- They are looked for in the folder LIBRT_SCENES names, else ../shared/scenes beside the checkout.
 local rt = require "rt"
 
-local views = {  -- eye, look_at, fov, light
-  sponza    = { eye = {-12.2, 4.6, 0.8}, look_at = {0, 3.4, 0}, fov = 60, light = {0, 12, 0} },
-  sibenik   = { eye = {20, 8, 0}, look_at = {-5, 6, 0}, fov = 60, light = {10, 14, 0} },
-  bunny     = { eye = {-0.02, 0.15, 0.3}, look_at = {-0.02, 0.11, 0}, fov = 40, light = {0.5, 1, 1} },
+local views = {  -- the cameras that the field uses, and a light
+  sponza  = { eye = {14.4499, 6.89415, -1.18547}, look_at = {13.4563, 6.78438, -1.15861}, fov = 74.096, light = {0, 12, 0} },
+  sibenik = { eye = {24, 3, 0}, look_at = {0, 4, 0}, fov = 60, light = {10, 14, 0} },
+  bunny   = { eye = {-0.0168, 0.125, 0.33}, look_at = {-0.0168, 0.108, 0}, fov = 35, light = {0.3, 0.6, 0.6} },
 }
 local names = {}
 for name in pairs(views) do names[#names + 1] = name end
 table.sort(names)
 
 local p = rt.params { name = { "sponza", choices = names, help = "which mesh" } }
-local folder = os.getenv("LIBRT_SCENES") or rt.here("../../shared/scenes")
+local folder = os.getenv("LIBRT_SCENES") or "../../shared/scenes"
 local view = views[p.name]
 
 return rt.scene {

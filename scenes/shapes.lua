@@ -14,7 +14,7 @@ return rt.scene {
 
   rt.box { low = {-4.6, 0, -0.8}, high = {-3.2, 1.4, 0.6}, material = matte(0.75, 0.25, 0.2) },
   rt.cylinder { from = {-2.1, 0, 0}, to = {-2.1, 1.7, 0}, radius = 0.65, material = matte(0.85, 0.6, 0.2) },
-  rt.cone { from = {-0.35, 0, 0}, to = {-0.35, 1.8, 0}, radius0 = 0.75, radius1 = 0.12, material = matte(0.3, 0.6, 0.3) },
+  rt.cone { from = {-0.35, 0, 0}, to = {-0.35, 1.8, 0}, radius = 0.75, to_radius = 0.12, material = matte(0.3, 0.6, 0.3) },
   rt.torus { center = {1.55, 0.8, 0}, axis = {0.35, 0.5, 1}, major_radius = 0.62, minor_radius = 0.2, material = matte(0.2, 0.45, 0.75) },
   rt.sphere { center = {3.7, 0.8, -0.1}, radius = 0.8, material = rt.classic { color = {1, 1, 1}, diffusion = 0.05, reflectiveness = 0.85, specular = 0.6, shininess = 200 } },
   rt.polyhedron {  -- an octahedron

@@ -1,7 +1,7 @@
 -- scenes/sphereflake.lua: Haines' sphereflake; 4 levels are the 7,381 spheres of the old benchmark
 local rt = require "rt"
 
-local p = rt.params { levels = { 4, min = 0, max = 6, integer = true, help = "levels of recursion: 1, 10, 91, 820, 7381, 66430 spheres" } }
+local p = rt.params { levels = { 4, min = 0, max = 6, help = "levels of recursion: 1, 10, 91, 820, 7381, 66430 spheres" } }
 
 local centers, radii = {}, {}
 
@@ -10,7 +10,7 @@ local function flake(c, r, dir, level)
   centers[#centers + 1], radii[#radii + 1] = c, r
   if level == 0 then return end
   local side = math.abs(dir.x) > 0.7 and rt.vec(0, 1, 0) or rt.vec(1, 0, 0)
-  local a = dir:cross(side):unit()
+  local a = dir:cross(side):normalize()
   local b = dir:cross(a)
   local function child(turn, lift)
     local t, l = math.rad(turn), math.rad(lift)
