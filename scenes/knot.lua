@@ -1,7 +1,7 @@
 -- scenes/knot.lua: a mesh made in the script: a tube along a torus knot, with smooth normals
 local rt = require "rt"
 
-local p = rt.params { p = { 2, min = 1, max = 9 }, q = { 3, min = 1, max = 9, integer = true } }
+local p = rt.params { p = { 2, min = 1, max = 9 }, q = { 3, min = 1, max = 9 } }
 
 local along, around, radius = 480, 32, 0.33
 
