@@ -14,7 +14,7 @@ local function block(size, turn, x, z)
 end
 
 return rt.scene {
-  settings = { width = 512, height = 512, samples = 64, integrator = "path", max_depth = 8, tone = "filmic" },
+  settings = { width = 512, height = 512, samples = 64, integrator = "path", max_depth = 8 },
   camera = rt.camera { eye = {0, 1, 3.9}, look_at = {0, 1, 0}, fov = 38 },
   wall({-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}, white),
   wall({-1, 2, 1}, {-1, 2, -1}, {1, 2, -1}, {1, 2, 1}, white),

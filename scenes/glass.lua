@@ -15,7 +15,7 @@ for i = 0, 6 do
 end
 
 return rt.scene {
-  settings = { width = 960, height = 600, samples = 16, max_depth = 10 },
+  settings = { width = 800, height = 500, samples = 16, max_depth = 10 },
   camera = rt.camera { eye = {0, 3.6, 7.5}, look_at = {0, 0.35, 0}, fov = 36 },
   ambient = {0.14, 0.14, 0.15},
   background = {0.9, 0.92, 0.95}, background_top = {0.45, 0.6, 0.8},

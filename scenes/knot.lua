@@ -22,7 +22,8 @@ for i = 0, along - 1 do
     local n = a * math.cos(w) + b * math.sin(w)
     vertices[#vertices + 1], normals[#normals + 1] = c + n * radius, n
     local i2, k2 = (i + 1) % along, (k + 1) % around
-    faces[#faces + 1] = {i * around + k + 1, i2 * around + k + 1, i2 * around + k2 + 1, i * around + k2 + 1}
+    local a1, b1, b2, a2 = i * around + k + 1, i2 * around + k + 1, i2 * around + k2 + 1, i * around + k2 + 1
+    faces[#faces + 1], faces[#faces + 2] = {a1, b1, b2}, {a1, b2, a2}
   end
 end
 

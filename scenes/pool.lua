@@ -19,7 +19,7 @@ for i = -4, 4 do
 end
 
 return rt.scene {
-  settings = { width = 960, height = 540, samples = 64, integrator = "path", max_depth = 8, tone = "filmic" },
+  settings = { width = 800, height = 450, samples = 64, integrator = "path", max_depth = 8 },
   camera = rt.camera { eye = {4.5, 2.6, 8.5}, look_at = {0, 0.2, 0.4}, fov = 34 },
   background = {0.75, 0.8, 0.85}, background_top = {0.35, 0.55, 0.9},
   rt.directional_light { direction = {-1, -1.6, -0.6}, color = {0.8, 0.72, 0.6} },
