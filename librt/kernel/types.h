@@ -43,7 +43,7 @@ typedef uint8_t rtk_u8;
 #define RT_CONSTANT static const
 #define RTK_FN      static inline
 #if defined(__GNUC__)
-#define RTK_COLD __attribute__((noinline, cold, unused)) static /* rare branches, kept out of the hot loops */
+#define RTK_COLD __attribute__((noinline, unused)) static /* rare branches, kept out of the hot loops */
 #else
 #define RTK_COLD static inline
 #endif
