@@ -39,6 +39,8 @@ int rtl_raise(lua_State *L, const char *format, ...);
 extern const char rtl_lost_place;
 /** Pushes "file:line: " of the nearest function outside the module, or "". [-0, +1] */
 void rtl_where(lua_State *L);
+/** Raises a message of the library, or the status's name when it is empty. */
+int rtl_raise_text(lua_State *L, const char *text, rt_status status);
 /** Raises the calling thread's last message when status is not RT_OK. */
 void rtl_check(lua_State *L, rtl_context *c, rt_status status);
 /** Tells the collector of memory that Lua does not see; it may run a step. [-0, +0], raises in a finalizer. */

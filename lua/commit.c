@@ -120,7 +120,7 @@ static int commit(lua_State *L)
         return lua_error(L);
     }
     if (w.status != RT_OK) {
-        return rtl_raise(L, "%s", w.message[0] ? w.message : rt_status_name(w.status));
+        return rtl_raise_text(L, w.message, w.status);
     }
     account(L, scene);
     return 0;

@@ -46,22 +46,33 @@ int rtl_raise(lua_State *L, const char *format, ...)
     return lua_error(L);
 }
 
-void rtl_check(lua_State *L, rtl_context *c, rt_status status)
+/* The library begins its sentences with the C function's name, which means nothing to a script. */
+static const char *without_function(const char *text)
 {
-    if (status == RT_OK) {
-        return;
-    }
-    char text[1024];
-    if (rt_context_error(rtl_context_rt(c), text, sizeof text) == 0) {
-        rtl_raise(L, "%s", rt_status_name(status));
-    }
+    size_t n = strspn(text, "abcdefghijklmnopqrstuvwxyz0123456789_");
+    return starts_with(text, "rt_") && starts_with(text + n, ": ") ? text + n + 2 : text;
+}
+
+int rtl_raise_text(lua_State *L, const char *text, rt_status status)
+{
+    text = text[0] ? without_function(text) : rt_status_name(status);
     lua_createtable(L, 0, 2); /* messages are strings; who needs the status of one asks last_failure */
     lua_pushstring(L, rt_status_name(status));
     lua_setfield(L, -2, "status");
     lua_pushstring(L, text);
     lua_setfield(L, -2, "text");
     lua_setfield(L, LUA_REGISTRYINDEX, RTL_FAILURE);
-    rtl_raise(L, "%s", text);
+    return rtl_raise(L, "%s", text);
+}
+
+void rtl_check(lua_State *L, rtl_context *c, rt_status status)
+{
+    if (status == RT_OK) {
+        return;
+    }
+    char text[1024] = "";
+    rt_context_error(rtl_context_rt(c), text, sizeof text);
+    rtl_raise_text(L, text, status);
 }
 
 /* last_failure() -> { status = "RT_ERROR_IO", text = ... } of the last call that librt refused | nil */

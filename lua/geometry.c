@@ -149,6 +149,33 @@ static int torus(lua_State *L)
     return done(L, c, status, id);
 }
 
+static rt_vec3 corner(const float *p, uint32_t i)
+{
+    return (rt_vec3){p[3 * (size_t)i], p[3 * (size_t)i + 1], p[3 * (size_t)i + 2]};
+}
+
+/* Pushes a buffer of vertex normals: the sum of the faces' normals, each as long as twice the face's area. Corners outside are
+ * left to the library. */
+static const rtl_buffer *push_smooth_normals(lua_State *L, const rt_mesh_desc *d)
+{
+    rtl_buffer *b = rtl_buffer_new(L, RTL_F32, 3 * (size_t)d->vertex_count);
+    for (size_t f = 0; f < d->triangle_count; f++) {
+        const uint32_t *i = d->indices + 3 * f;
+        if (i[0] >= d->vertex_count || i[1] >= d->vertex_count || i[2] >= d->vertex_count) {
+            continue;
+        }
+        rt_vec3 p = corner(d->positions, i[0]), q = corner(d->positions, i[1]), r = corner(d->positions, i[2]);
+        rt_vec3 a = {q.x - p.x, q.y - p.y, q.z - p.z}, c = {r.x - p.x, r.y - p.y, r.z - p.z};
+        for (int k = 0; k < 3; k++) {
+            float *n = b->as.f32 + 3 * (size_t)i[k];
+            n[0] += a.y * c.z - a.z * c.y;
+            n[1] += a.z * c.x - a.x * c.z;
+            n[2] += a.x * c.y - a.y * c.x;
+        }
+    }
+    return b;
+}
+
 static int mesh(lua_State *L)
 {
     rtl_context *c;
@@ -168,6 +195,11 @@ static int mesh(lua_State *L)
     const rtl_buffer *uvs = items(L, "uvs", RTL_F32, d.vertex_count, 2, "vertices");
     const rtl_buffer *colors = items(L, "colors", RTL_F32, d.vertex_count, 3, "vertices");
     const rtl_buffer *materials = items(L, "material_ids", RTL_U32, d.triangle_count, 1, "faces");
+    int smooth = 0;
+    rtl_field_bool(L, 2, "smooth", &smooth);
+    if (smooth) {
+        normals = push_smooth_normals(L, &d);
+    }
     d.normals = normals ? normals->as.f32 : NULL;
     d.uvs = uvs ? uvs->as.f32 : NULL;
     d.colors = colors ? colors->as.f32 : NULL;

@@ -51,20 +51,19 @@ function check.sorted_keys(t)
   return keys
 end
 
--- Raises for a key that `known` does not have; `noun` says what such keys are called.
-function check.unknown(who, key, known, noun)
+-- The sentence for a key that `known` does not have; `noun` says what such keys are called.
+function check.unknown_words(who, key, known, noun)
   local names = {}
   for _, name in ipairs(check.sorted_keys(known)) do
     names[#names + 1] = type(name) == "string" and name or nil
   end
-  if type(key) ~= "string" then
-    fail("%s has no %s %s; known are %s", who, noun, describe(key), table.concat(names, ", "))
-  end
-  local near = words.nearest(key, names)
-  if near then
-    fail("%s has no %s '%s'; did you mean %s?", who, noun, words.quote(key), near)
-  end
-  fail("%s has no %s '%s'; known are %s", who, noun, words.quote(key), table.concat(names, ", "))
+  local near = type(key) == "string" and words.nearest(key, names)
+  local hint = near and "did you mean " .. near .. "?" or "known are " .. table.concat(names, ", ")
+  return ("%s has no %s %s; %s"):format(who, noun, describe(key), hint)
+end
+
+function check.unknown(...)
+  fail("%s", check.unknown_words(...))
 end
 
 -- ---- numbers ----

@@ -25,7 +25,7 @@ end
 
 -- The settings in their order, each { name, kind, low, high, choices, help, default }.
 function configure.settings()
-  local defaults, list = core.render_defaults(), {}
+  local defaults, list = settings.defaults(), {}
   for i, row in ipairs(settings.list) do
     list[i] = {
       name = row.name, kind = row.kind, low = row.low, high = row.high, choices = row.choices, help = row.help, default = defaults[row.name],

@@ -6,11 +6,11 @@ local class = require "rt.class"
 local items = {}
 
 -- The integer keys of a list in ascending order: their count when they are 1 ... count, else also a sorted list of them.
-local function keys_of(list, who, path)
+local function keys_of(list, who, place)
   local count, lowest, highest = 0, 1, 0
   for key in next, list do
     if math.type(key) ~= "integer" then
-      check.fail("%s: %s has a key %s; a list of items has numbers only", who, path, check.describe(key))
+      check.fail("%s: %s has a key %s; a list of items has numbers only", who, place(), check.describe(key))
     end
     count = count + 1
     lowest = key < lowest and key or lowest
@@ -59,7 +59,7 @@ function items.walk(list, who, visit)
       check.fail("%s: %s is a list that contains itself", who, place())
     end
     open[l] = true
-    local count, keys = keys_of(l, who, place())
+    local count, keys = keys_of(l, who, place)
     stack[#stack + 1] = { list = l, key = key, count = count, keys = keys, at = 0 }
   end
   enter(list)

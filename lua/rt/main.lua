@@ -1,5 +1,6 @@
 -- A script as a program: `lua5.4 scene.lua --size 1000x700 -o out.png`. Its options are rtray's for rendering, read by the settings' own rows.
 
+local core = require "rt.core"
 local check = require "rt.check"
 local scene = require "rt.scene"
 local settings = require "rt.settings"
@@ -55,8 +56,17 @@ local function note(done)
   io.stderr:write(("\r%3d%%"):format(math.floor(done * 100)))
 end
 
-local function render(value, r)
-  local o = parse(arg)
+-- Prints a message and ends the program. The place of rt.main in the script says nothing about a command line.
+local function stop(message, status)
+  local place = core.where()
+  if message:sub(1, #place) == place then
+    message = message:sub(#place + 1)
+  end
+  io.stderr:write((message:gsub("\n.*", "")), "\n")
+  os.exit(status, true)
+end
+
+local function render(value, r, o)
   if o.help then
     return usage(r)
   elseif not scene.is(value) then
@@ -73,10 +83,13 @@ local function render(value, r)
 end
 
 return function(value, r)
-  local ok, message = pcall(render, value, r)
+  local parsed, o = pcall(parse, arg)
+  if not parsed then
+    stop(o, 2)
+  end
+  local ok, message = pcall(render, value, r, o)
   if not ok then
-    io.stderr:write((tostring(message):gsub("\n.*", "")), "\n")
-    os.exit(message:find("^command line:") and 2 or 1, true)
+    stop(tostring(message), 1)
   end
   return value
 end

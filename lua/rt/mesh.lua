@@ -22,7 +22,7 @@ local function finish_file(o, who)
   o.add, o.path = "add_mesh_file", run.resolve(o.file)
 end
 
-local function finish_arrays(o, who)
+local function finish_arrays(o, t, who)
   for _, key in ipairs(FILE_KEYS) do
     if o[key] ~= nil then
       check.fail("%s: %s belongs to a mesh from a file%s", who, key, key == "transform" and "; rt.instance places this one" or "")
@@ -37,6 +37,9 @@ local function finish_arrays(o, who)
   if o.smooth and o.normals then
     check.fail("%s: smooth makes normals, but normals are given", who)
   end
+  if not arrays.is_buffer(t.faces) then -- a buffer's corners are the library's to check
+    arrays.check_corners(o.faces, vertices, who, "faces")
+  end
   o.add = "add_mesh"
 end
 
@@ -48,11 +51,11 @@ mesh.mesh = class.new {
     transform = transform.field, vertices = arrays.floats(3), faces = arrays.triangles, normals = arrays.floats(3), uvs = arrays.floats(2),
     colors = arrays.floats(3), materials = arrays.materials,
   },
-  finish = function(o, _, who)
+  finish = function(o, t, who)
     if o.file then
       finish_file(o, who)
     else
-      finish_arrays(o, who)
+      finish_arrays(o, t, who)
     end
   end,
 }

@@ -258,16 +258,16 @@ function params.check_used(r)
         known[p.name] = true
       end
       if next(known) == nil then
-        fail("-D %s: the script declares no parameters; rt.params { %s = ... } would", name, name)
+        error(("%s: -D %s: the script declares no parameters; rt.params { %s = ... } would"):format(r.path, name, name), 0)
       end
-      check.unknown("-D: the script", name, known, "parameter")
+      error(r.path .. ": -D: " .. check.unknown_words("the script", name, known, "parameter"), 0)
     end
   end
   if r.set and not r.sets[r.set] then
     if next(r.sets) == nil then
-      fail("--set %s: the script declares no sets", words.quote(r.set))
+      error(("%s: --set %s: the script declares no sets"):format(r.path, words.quote(r.set)), 0)
     end
-    check.unknown("--set: the script", r.set, r.sets, "set")
+    error(r.path .. ": --set: " .. check.unknown_words("the script", r.set, r.sets, "set"), 0)
   end
 end
 

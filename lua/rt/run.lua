@@ -57,7 +57,11 @@ function run.call(r, f, ...)
     end
   end
   if not results[1] then
-    error(results[2], 0)
+    local raised = results[2]
+    if type(raised) ~= "string" and not (type(raised) == "table" and raised.status) then -- rtray's own faults have a status
+      raised = ("%s: the script raised a %s instead of a message"):format(tostring(r.path), type(raised))
+    end
+    error(raised, 0)
   end
   return table.unpack(results, 2, results.n)
 end

@@ -16,9 +16,9 @@ settings.list = {
   { name = "max_depth", kind = "integer", low = 0, high = 64, help = "bounces at most" },
   { name = "seed", kind = "integer", low = 0, high = math.maxinteger, help = "seed of the samples" },
   { name = "shadows", kind = "boolean", help = "false: lights are never shadowed" },
-  { name = "shadow_samples", kind = "integer", low = 0, high = 65536, help = "rays to a spherical light a hit; 0: chosen" },
+  { name = "shadow_samples", kind = "integer", low = 0, high = 4096, help = "rays to a spherical light a hit; 0: chosen" },
   { name = "opaque_shadows", kind = "boolean", help = "transparent bodies cast full shadows" },
-  { name = "ao_samples", kind = "integer", low = 0, high = 65536, help = "ambient occlusion: rays a hit; 0: chosen" },
+  { name = "ao_samples", kind = "integer", low = 0, high = 4096, help = "ambient occlusion: rays a hit; 0: chosen" },
   { name = "ao_distance", kind = "number", low = 0, help = "ambient occlusion: reach; 0: a tenth of the scene" },
   { name = "filter", kind = "choice", choices = { "box", "gaussian" }, help = "pixel filter" },
   { name = "filter_width", kind = "number", low = 0, high = 16, help = "width of the filter in pixels; 0: its own" },
@@ -132,9 +132,16 @@ function settings.read(name, text, who)
   return settings.fields[name](value, who, name)
 end
 
+-- The built-in settings: the library's, with a size and a quality that one looks at.
+function settings.defaults()
+  local values = core.render_defaults()
+  values.width, values.height, values.samples = 800, 600, 16
+  return values
+end
+
 -- Layers from the weakest to the strongest, each { values, source }: the values that hold, and where each comes from.
 function settings.merge(layers)
-  local values, sources = core.render_defaults(), {}
+  local values, sources = settings.defaults(), {}
   for name in pairs(values) do
     sources[name] = "built in"
   end

@@ -1,0 +1,721 @@
+---@meta rt
+-- What the module rt exports, for the Lua language server and for readers. A test compares it with the module.
+
+---@class rt
+---@field version string the library's version, as "0.1.0"
+---@field build string what the library was built with
+local rt = {}
+
+---A point, direction or colour: {x, y, z}, or what rt.vec gives.
+---@alias rt.vec3 number[]|rt.vec
+---A file's name (relative to the script), a texture or an image.
+---@alias rt.texture_like string|rt.texture|rt.image
+---An object, a list of items to any depth, or false, which is skipped.
+---@alias rt.item rt.shape|rt.light|rt.group|rt.instance|rt.item[]|false
+
+-- ---- scenes ----
+
+---@class rt.scene_desc
+---@field settings? rt.settings what the command line and sets may override
+---@field camera? rt.camera without one, everything finite is framed
+---@field ambient? rt.vec3 light from everywhere
+---@field background? rt.vec3|rt.texture_like a colour, or an equirectangular picture
+---@field background_top? rt.vec3 towards +y; `background` is then towards -y
+---@field name? string
+---@field [integer] rt.item
+local scene_desc = {}
+
+---A scene of objects, lights and a camera.
+---@param desc rt.scene_desc
+---@return rt.scene
+function rt.scene(desc) end
+
+---A scene that scene:save has written. It renders and answers queries, and takes no more objects.
+---@param path string
+---@return rt.scene
+function rt.load_snapshot(path) end
+
+---The same as scene:render.
+---@param scene rt.scene
+---@param options? rt.render_options
+---@return rt.image image
+---@return rt.render_stats stats
+function rt.render(scene, options) end
+
+---@class rt.settings
+---@field width? integer 1 ... 1048576
+---@field height? integer 1 ... 1048576
+---@field size? integer[] {width, height}
+---@field samples? integer a pixel
+---@field integrator? string "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost"
+---@field max_depth? integer bounces at most, 0 ... 64
+---@field seed? integer seed of the samples
+---@field shadows? boolean false: lights are never shadowed
+---@field shadow_samples? integer rays to a spherical light a hit; 0: chosen
+---@field opaque_shadows? boolean transparent bodies cast full shadows
+---@field ao_samples? integer ambient occlusion: rays a hit; 0: chosen
+---@field ao_distance? number ambient occlusion: reach; 0: a tenth of the scene
+---@field filter? "box"|"gaussian"
+---@field filter_width? number in pixels; 0: the filter's own
+---@field tracer? string "auto", "kdtree", "octree", "brute"; no effect on the picture
+---@field workers? integer threads; 0: all CPUs
+---@field tile? integer edge in pixels
+---@field schedule? "dynamic"|"static"
+---@field memory_limit? integer bytes a render may take; 0: what is free
+---@field crop? { x: integer, y: integer, width: integer, height: integer } part that is rendered
+---@field accel? string trees to build: "auto", "kdtree", "octree", "brute", or several with commas
+---@field builder? "auto"|"exact"|"binned"|"paper" builder of the kd-tree
+---@field tree_depth? integer 0: the builder's own
+---@field leaf_size? integer 0: the builder's own
+---@field cost_traverse? number 0: the builder's own
+---@field cost_intersect? number 0: the builder's own
+---@field empty_bonus? number 0: the builder's own
+---@field duplication? number references a primitive at most; 0: the builder's own
+
+---@class rt.render_options : rt.settings
+---@field progress? fun(done: number, job: rt.job) called on this thread about every 50 ms; an error ends the render
+---@field preview? boolean job:image() gives what is finished while the job runs
+
+---@class rt.render_stats
+---@field seconds number
+---@field build_seconds number
+---@field rays integer
+---@field rays_camera integer
+---@field rays_shadow integer
+---@field rays_reflect integer
+---@field rays_refract integer
+---@field rays_diffuse integer
+---@field rays_ao integer
+---@field nodes integer visited nodes of trees
+---@field tests integer tested primitives
+---@field clamped integer contributions that were limited
+---@field dropped integer contributions that were no numbers
+---@field memory integer bytes
+---@field workers integer
+---@field tiles integer
+---@field tiles_done integer
+---@field per_worker { busy_seconds: number, cpu_seconds: number, rays: integer, tiles: integer }[]
+
+---@class rt.scene
+---@field settings rt.settings the script's own
+local Scene = {}
+
+---More items; the next render or query sees them.
+---@param ... rt.item
+---@return rt.scene
+function Scene:add(...) end
+
+---@param camera rt.camera
+---@return rt.scene
+function Scene:set_camera(camera) end
+
+---The camera as it stands: the description's, or framed for the last image.
+---@return table
+function Scene:get_camera() end
+
+---Renders and returns the image.
+---@param options? rt.render_options
+---@return rt.image image
+---@return rt.render_stats stats
+function Scene:render(options) end
+
+---Starts a render and returns at once.
+---@param options? rt.render_options
+---@return rt.job
+function Scene:start(options) end
+
+---Renders by bands straight into a PNG, BMP, TGA or HDR file, so that images larger than the memory can be made.
+---@param path string
+---@param options? rt.settings also: save (rt.save_options), band_memory (bytes), progress (a function; true ends the render)
+---@return boolean done false: progress ended it, the file is as it was
+function Scene:render_to_file(path, options) end
+
+---Bytes that a render would take beside the scene.
+---@param options? rt.settings
+---@return integer
+function Scene:memory(options) end
+
+---The settings that hold, and where each comes from: "argument", "command line", "set NAME", "script", "built in".
+---@param options? rt.settings
+---@return rt.settings values
+---@return table<string, string> sources
+function Scene:effective(options) end
+
+---Builds what is to be built now; renders and queries do it when needed.
+---@return rt.scene
+function Scene:commit() end
+
+---@class rt.ray
+---@field org rt.vec3
+---@field dir rt.vec3 of any length
+---@field tmin? number in units of dir
+---@field tmax? number
+---@field mask? integer
+
+---@class rt.hit
+---@field t number in units of dir
+---@field u number
+---@field v number
+---@field prim_id integer from 0
+---@field geom_id integer from 0
+---@field inst_id? integer
+---@field position number[]
+---@field ng number[] geometric normal
+---@field ns number[] shading normal
+---@field texture_u number
+---@field texture_v number
+---@field material_id integer
+---@field face_id integer
+---@field user_id integer
+---@field inst_user_id integer
+---@field color number[]
+---@field object? rt.shape|rt.instance the description that was hit
+---@field name? string its name
+
+---The closest hit, nil on a miss. A buffer of rays (f32; org x y z, tmin, dir x y z, tmax) gives buffers t, u, v, prim_id, geom_id, inst_id.
+---@param ray rt.ray|rt.buffer
+---@return rt.hit|table<string, rt.buffer>|nil
+function Scene:intersect(ray) end
+
+---All hits along a ray in their order.
+---@param ray rt.ray
+---@param most? integer 1 ... 1024
+---@return rt.hit[]
+function Scene:intersect_all(ray, most) end
+
+---Is anything in the way? A buffer of rays gives a buffer of u8.
+---@param ray rt.ray|rt.buffer
+---@return boolean|rt.buffer
+function Scene:occluded(ray) end
+
+---Counts, bytes, and statistics of each tree in `trees`.
+---@return table
+function Scene:info() end
+
+---Hash of all that can change a picture: 32 hexadecimal digits.
+---@return string
+function Scene:hash() end
+
+---Corners of the box around everything finite, nil when there is nothing.
+---@return number[]? low
+---@return number[]? high
+function Scene:bounds() end
+
+---Writes the committed scene as one file for rt.load_snapshot.
+---@param path string
+---@return rt.scene
+function Scene:save(path) end
+
+---Frees the scene now instead of when it is collected. Twice is fine.
+function Scene:release() end
+
+---@class rt.job
+local Job = {}
+
+---State and progress 0 ... 1, without waiting.
+---@return "running"|"done"|"cancelled"|"failed" state
+---@return number progress
+function Job:poll() end
+
+---Waits at most `seconds` (nil: to the end). A failed job raises why.
+---@param seconds? number
+---@param each? fun(done: number, job: rt.job)
+---@return "running"|"done"|"cancelled" state
+---@return number progress
+function Job:wait(seconds, each) end
+
+---Ends the render within 100 ms; finished tiles stay.
+function Job:cancel() end
+
+---for tile in job:tiles() do: finished tiles in the order of finishing, until the job ends.
+---@return fun(): { x: integer, y: integer, width: integer, height: integer }?
+function Job:tiles() end
+
+---The image when the job has ended; before, with preview = true, a copy of what is finished, else nil.
+---@return rt.image?
+function Job:image() end
+
+---@return rt.render_stats
+function Job:stats() end
+
+---Cancels and frees the job. Twice is fine.
+function Job:release() end
+
+-- ---- camera and lights ----
+
+---@class rt.camera
+---@class rt.camera_desc
+---@field eye rt.vec3
+---@field look_at rt.vec3
+---@field up? rt.vec3
+---@field fov? number vertical, in degrees
+---@field projection? "pinhole"|"orthographic"
+---@field height? number orthographic: height of the window in scene units
+---@field name? string
+
+---@param desc rt.camera_desc
+---@return rt.camera
+function rt.camera(desc) end
+
+---@class rt.light
+---@class rt.point_light_desc
+---@field at rt.vec3
+---@field color? rt.vec3
+---@field intensity? number multiplies color
+---@field falloff? "none"|"inverse_square"
+---@field samples? integer
+---@field name? string
+
+---@param desc rt.point_light_desc
+---@return rt.light
+function rt.point_light(desc) end
+
+---@class rt.sphere_light_desc
+---@field at rt.vec3
+---@field radius number soft shadows
+---@field color? rt.vec3
+---@field intensity? number multiplies color
+---@field falloff? "none"|"inverse_square"
+---@field visible? boolean its body is seen
+---@field samples? integer shadow rays a hit; 0: the setting's
+---@field name? string
+
+---@param desc rt.sphere_light_desc
+---@return rt.light
+function rt.sphere_light(desc) end
+
+---@class rt.directional_light_desc
+---@field direction rt.vec3 the way the light travels
+---@field color? rt.vec3
+---@field intensity? number multiplies color
+---@field samples? integer
+---@field name? string
+
+---@param desc rt.directional_light_desc
+---@return rt.light
+function rt.directional_light(desc) end
+
+-- ---- materials ----
+
+---@class rt.material
+---@class rt.classic_desc
+---@field color? rt.vec3 linear, 0 ... 1
+---@field texture? rt.texture_like multiplies color
+---@field diffusion? number weight of the diffuse part, 0 ... 1
+---@field reflectiveness? number weight of the mirror, 0 ... 1
+---@field transparency? number weight of the refracted ray, 0 ... 1
+---@field refractiveness? number index of refraction
+---@field ambient? number weight of the scene's ambient light, 0 ... 1
+---@field specular? number weight of the highlight
+---@field shininess? number exponent of the highlight, 1 ... 100000
+---@field alpha_texture? rt.texture_like cuts holes
+---@field alpha_cut? number where its alpha is below this
+---@field opaque_shadow? boolean a transparent body that casts a full shadow
+---@field name? string
+
+---The model of paper 000: diffuse, mirror, glass and highlight, each by its weight.
+---@param desc rt.classic_desc
+---@return rt.material
+function rt.classic(desc) end
+
+---@class rt.emissive_desc
+---@field emission rt.vec3 radiance
+---@field name? string
+
+---A body that shines and scatters nothing.
+---@param desc rt.emissive_desc
+---@return rt.material
+function rt.emissive(desc) end
+
+---@class rt.texture
+---@class rt.texture_desc
+---@field file? string relative to the script
+---@field image? rt.image instead of a file
+---@field wrap? "repeat"|"clamp"
+---@field linear? boolean 8-bit values are linear already
+---@field nearest? boolean no interpolation
+---@field name? string
+
+---@param desc rt.texture_desc
+---@return rt.texture
+function rt.texture(desc) end
+
+-- ---- shapes ----
+
+---@class rt.shape
+---@class rt.shape_desc
+---@field material? rt.material
+---@field mask? integer seen by rays with (ray mask & mask) ~= 0
+---@field user_id? integer yours; in hits
+---@field uv_transform? number[] {a, b, c, d, e, f}: u' = a u + b v + c, v' = d u + e v + f
+---@field name? string
+
+---@class rt.sphere_desc : rt.shape_desc
+---@field center rt.vec3
+---@field radius number
+
+---@param desc rt.sphere_desc
+---@return rt.shape
+function rt.sphere(desc) end
+
+---@class rt.spheres_desc : rt.shape_desc
+---@field centers rt.buffer|number[]|number[][] three numbers a sphere
+---@field radii? rt.buffer|number[]
+---@field radius? number one for all
+---@field colors? rt.buffer|number[]|number[][] multiply the material's
+---@field materials? rt.material[] one a sphere
+
+---Many spheres as one shape.
+---@param desc rt.spheres_desc
+---@return rt.shape
+function rt.spheres(desc) end
+
+---@class rt.plane_desc : rt.shape_desc
+---@field point rt.vec3
+---@field normal rt.vec3
+---@field u_axis? rt.vec3 direction of the texture's rows
+---@field texture_size? number width of the texture in scene units
+---@field texture_height? number else as the picture's shape asks
+
+---@param desc rt.plane_desc
+---@return rt.shape
+function rt.plane(desc) end
+
+---@class rt.box_desc : rt.shape_desc
+---@field low rt.vec3
+---@field high rt.vec3
+
+---@param desc rt.box_desc
+---@return rt.shape
+function rt.box(desc) end
+
+---@class rt.cylinder_desc : rt.shape_desc
+---@field from rt.vec3
+---@field to rt.vec3
+---@field radius number
+
+---@param desc rt.cylinder_desc
+---@return rt.shape
+function rt.cylinder(desc) end
+
+---@class rt.cone_desc : rt.shape_desc
+---@field from rt.vec3
+---@field to rt.vec3
+---@field radius number at `from`
+---@field to_radius? number at `to`; 0 is a tip
+
+---@param desc rt.cone_desc
+---@return rt.shape
+function rt.cone(desc) end
+
+---@class rt.torus_desc : rt.shape_desc
+---@field center rt.vec3
+---@field axis rt.vec3
+---@field major_radius number
+---@field minor_radius number
+
+---@param desc rt.torus_desc
+---@return rt.shape
+function rt.torus(desc) end
+
+---@class rt.mesh_desc : rt.shape_desc
+---@field file? string PLY, OBJ or STL, relative to the script
+---@field smooth? boolean make normals where there are none
+---@field smooth_angle? number file: edges sharper than this stay, in degrees
+---@field ignore_materials? boolean file: do not read an OBJ's MTL
+---@field transform? rt.transform|number[] file: baked into the vertices
+---@field vertices? rt.buffer|number[]|number[][]
+---@field faces? rt.buffer|integer[]|integer[][] three vertex numbers a face: from 1 in lists, from 0 in a buffer
+---@field normals? rt.buffer|number[]|number[][]
+---@field uvs? rt.buffer|number[]|number[][]
+---@field colors? rt.buffer|number[]|number[][]
+---@field materials? rt.material[] one a face
+
+---Triangles from a file or from arrays.
+---@param desc rt.mesh_desc
+---@return rt.shape
+function rt.mesh(desc) end
+
+---@class rt.polyhedron_desc : rt.shape_desc
+---@field vertices rt.buffer|number[]|number[][]
+---@field faces integer[][] corners of each face, vertex numbers from 1
+
+---Faces of any number of corners.
+---@param desc rt.polyhedron_desc
+---@return rt.shape
+function rt.polyhedron(desc) end
+
+---@class rt.group
+---@class rt.group_desc
+---@field name? string
+---@field [integer] rt.item
+
+---A list with a name, and what several instances share.
+---@param desc rt.group_desc
+---@return rt.group
+function rt.group(desc) end
+
+---@class rt.instance
+---@class rt.instance_desc
+---@field transform? rt.transform|number[]
+---@field material? rt.material for all of it, instead of its own
+---@field mask? integer
+---@field user_id? integer
+---@field name? string
+---@field [integer] rt.shape|rt.group|rt.scene
+
+---Places a shape, a group or a scene; what is placed many times is held and built once.
+---@param desc rt.instance_desc
+---@return rt.instance
+function rt.instance(desc) end
+
+-- ---- values ----
+
+---@class rt.vec
+---@field x number
+---@field y number
+---@field z number
+---@operator add(rt.vec3|number): rt.vec
+---@operator sub(rt.vec3|number): rt.vec
+---@operator mul(rt.vec3|number): rt.vec
+---@operator div(rt.vec3|number): rt.vec
+---@operator unm: rt.vec
+local Vec = {}
+
+---@param other rt.vec3
+---@return number
+function Vec:dot(other) end
+
+---@param other rt.vec3
+---@return rt.vec
+function Vec:cross(other) end
+
+---@return number
+function Vec:length() end
+
+---@return rt.vec
+function Vec:normalize() end
+
+---This at t = 0, `other` at t = 1.
+---@param other rt.vec3
+---@param t number
+---@return rt.vec
+function Vec:lerp(other, t) end
+
+---@return number x
+---@return number y
+---@return number z
+function Vec:unpack() end
+
+---rt.vec(x, y, z), rt.vec {x, y, z} or rt.vec(s).
+---@param x number|rt.vec3
+---@param y? number
+---@param z? number
+---@return rt.vec
+function rt.vec(x, y, z) end
+
+---A colour as screens have it ("#ff8000", or three numbers), made linear.
+---@param r string|number
+---@param g? number
+---@param b? number
+---@return rt.vec
+function rt.srgb(r, g, b) end
+
+---@class rt.transform
+---@operator mul(rt.transform): rt.transform
+local Transform = {}
+
+---Where a point goes.
+---@param p rt.vec3
+---@return rt.vec
+function Transform:point(p) end
+
+---Where a direction goes.
+---@param d rt.vec3
+---@return rt.vec
+function Transform:direction(d) end
+
+---The identity, or three rows of four numbers.
+---@param rows? number[]
+---@return rt.transform
+function rt.transform(rows) end
+
+---@param x number|rt.vec3
+---@param y? number
+---@param z? number
+---@return rt.transform
+function rt.translate(x, y, z) end
+
+---@param x number|rt.vec3 one number scales all axes
+---@param y? number
+---@param z? number
+---@return rt.transform
+function rt.scale(x, y, z) end
+
+---@param axis rt.vec3
+---@param degrees number right-handed
+---@return rt.transform
+function rt.rotate(axis, degrees) end
+
+---@class rt.buffer
+---@field [integer] number
+---@operator len: integer
+local Buffer = {}
+
+---Writes several values in a row.
+---@param first integer from 1
+---@param ... number
+---@return rt.buffer
+function Buffer:set(first, ...) end
+
+---Several values in a row.
+---@param first integer from 1
+---@param count? integer at most 250
+---@return number ...
+function Buffer:get(first, count) end
+
+---@param value number
+---@return rt.buffer
+function Buffer:fill(value) end
+
+---The raw bytes.
+---@return string
+function Buffer:bytes() end
+
+---@return "f32"|"u32"|"u8"
+function Buffer:type() end
+
+---Numbers of one type in one block.
+---@param type "f32"|"u32"|"u8"
+---@param content integer|number[]|string a count, the numbers, or raw bytes
+---@return rt.buffer
+function rt.buffer(type, content) end
+
+---@class rt.save_options
+---@field format? "png"|"jpg"|"bmp"|"tga"|"hdr" else by the path's ending
+---@field exposure? number stops
+---@field tone? "none"|"filmic"
+---@field bits? integer PNG: 8 or 16
+---@field quality? integer JPEG: 1 ... 100
+---@field alpha? boolean keep the coverage
+---@field text? boolean false: without text entries
+
+---@class rt.image
+local Image = {}
+
+---Writes the image; the file is replaced when it is whole. The path is relative to where the program runs.
+---@param path string "-" is standard output
+---@param options? rt.save_options
+---@return rt.image
+function Image:save(path, options) end
+
+---Linear red, green, blue and coverage; x and y count from 0, y from the top.
+---@param x integer
+---@param y integer
+---@return number r
+---@return number g
+---@return number b
+---@return number coverage
+function Image:pixel(x, y) end
+
+---@param x integer
+---@param y integer
+---@param r number
+---@param g number
+---@param b number
+---@param coverage? number
+function Image:set_pixel(x, y, r, g, b, coverage) end
+
+---@return integer width
+---@return integer height
+function Image:size() end
+
+---@return { width: integer, height: integer, min: number[], max: number[], mean: number[], coverage: number, not_finite: integer }
+function Image:stats() end
+
+---Hash of size and float pixels: 32 hexadecimal digits.
+---@return string
+function Image:hash() end
+
+---How far two images of one size differ.
+---@param other rt.image
+---@param options? { map: boolean }
+---@return { differing: integer, first: integer[]?, max: number, mse: number, psnr: number, map: rt.image? }
+function Image:compare(other, options) end
+
+---A text entry, as PNG files hold them.
+---@param key string
+---@return string?
+function Image:text(key) end
+
+---@param key string
+---@param value string
+function Image:set_text(key, value) end
+
+---Frees the image now. Twice is fine.
+function Image:release() end
+
+---Reads a file, or makes an image: black, or by a function of the pixel.
+---@param what string|{ width: integer, height: integer, pixel: (fun(x: integer, y: integer): number, number, number)? }
+---@return rt.image
+function rt.image(what) end
+
+---The same as a:compare(b).
+---@param a rt.image
+---@param b rt.image
+---@param options? { map: boolean }
+---@return { differing: integer, first: integer[]?, max: number, mse: number, psnr: number, map: rt.image? }
+function rt.compare(a, b, options) end
+
+---A number in [0, 1) that depends on the keys alone: the recommended randomness of scenes.
+---@param key number|string
+---@param ... number|string
+---@return number
+function rt.random(key, ...) end
+
+-- ---- scripts ----
+
+---Declares parameters: { name = default } or { name = { default, type =, min =, max =, step =, choices =, help =, label = } }; `sets` names sets of values.
+---@param declarations table
+---@return table values
+function rt.params(declarations) end
+
+---Runs a scene script, or reads a mesh (.ply, .obj, .stl), an old scene definition (.sdf) or a saved scene (.rts).
+---@param path string
+---@param overrides? table<string, any> parameters, as values or texts
+---@param options? { set: string?, settings: rt.settings?, seed: integer? }
+---@return any value what the script returns
+---@return { path: string, params: table[], sets: table<string, table> } run
+function rt.load(path, overrides, options) end
+
+---The last line of a script that shall be a program under lua5.4, too.
+---@generic T
+---@param value T
+---@return T
+function rt.main(value) end
+
+-- ---- the renderer ----
+
+---Before the first scene or image: threads and memory of the renderer.
+---@param options { workers: integer?, memory_limit: integer? }
+function rt.configure(options) end
+
+---@return { cpus: integer, memory_available: integer, workers: integer, memory: integer, memory_peak: integer }
+function rt.machine() end
+
+---@return { name: string, help: string }[]
+function rt.integrators() end
+
+---@return { name: string, help: string }[]
+function rt.tracers() end
+
+---The settings there are, with kind, limits, help and default.
+---@return table[]
+function rt.settings() end
+
+---What the library has to say goes to this function; nil: to Lua's warn. Returns the one before.
+---@param handler? fun(level: "error"|"warning"|"info", message: string)
+---@return function?
+function rt.on_log(handler) end
+
+return rt

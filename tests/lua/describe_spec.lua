@@ -1,0 +1,139 @@
+-- Constructors: what they keep, and the sentence for each fault.
+
+local support = require "support"
+local rt, raises = support.rt, support.raises
+
+local nan = 0 / 0
+
+describe("a description", function()
+  it("keeps copies", function()
+    local center = { 1, 2, 3 }
+    local s = rt.sphere { center = center, radius = 2, name = "ball" }
+    center[1] = 9
+    assert.equal(1, s.center[1])
+    assert.equal(2, s.radius)
+    assert.equal("rt.sphere 'ball'", tostring(s))
+  end)
+
+  it("takes what rt.vec computes", function()
+    local s = rt.sphere { center = rt.vec(1, 2, 3) * 2 + { 1, 0, 0 }, radius = 1 }
+    assert.same({ 3, 4, 6 }, { s.center:unpack() })
+  end)
+
+  it("works in coroutines", function()
+    local s = coroutine.wrap(function()
+      coroutine.yield()
+      return rt.sphere { center = { 0, 0, 0 }, radius = 1 }
+    end)
+    s()
+    assert.equal(1, s().radius)
+  end)
+end)
+
+-- Each row: the call and its sentence.
+local faults = {
+  { function() return rt.sphere { center = { 0, 1, 0 }, radus = 1 }, nil end, "rt.sphere has no key 'radus'; did you mean radius?" },
+  { function() return rt.sphere { center = { 0, 1, 0 }, radius = 1, xyz = 2 }, nil end,
+    "rt.sphere has no key 'xyz'; known are center, mask, material, name, radius, user_id, uv_transform" },
+  { function() return rt.sphere { center = { 0, 1, 0 }, radius = 1, 5 }, nil end,
+    "rt.sphere has no key 1; known are center, mask, material, name, radius, user_id, uv_transform" },
+  { function() return rt.sphere { center = { 0, 1, 0 } }, nil end, "rt.sphere: radius is missing" },
+  { function() return rt.sphere {}, nil end, "rt.sphere: center is missing" },
+  { function() return rt.sphere { center = { 0, 1, 0 }, radius = -1 }, nil end, "rt.sphere: radius must be greater than 0; got -1" },
+  { function() return rt.sphere { center = { 0, 1, 0 }, radius = "1" }, nil end, "rt.sphere: radius must be a number; got '1'" },
+  { function() return rt.sphere { center = { 0, 1, 0 }, radius = math.huge }, nil end,
+    "rt.sphere: radius is inf; it must be finite in single precision" },
+  { function() return rt.sphere { center = { 0, 1, 0 }, radius = 1e39 }, nil end,
+    "rt.sphere: radius is 1e+39; it must be finite in single precision" },
+  { function() return rt.sphere { center = { 0, nan, 0 }, radius = 1 }, nil end,
+    "rt.sphere: center[2] is not a number (NaN); look for 0/0 or a root of a negative number" },
+  { function() return rt.sphere { center = { 0, 1 }, radius = 1 }, nil end, "rt.sphere: center must be {x, y, z}; number 3 is missing" },
+  { function() return rt.sphere { center = { 0, 1, 2, 3 }, radius = 1 }, nil end, "rt.sphere: center must be {x, y, z}; it has 4 values" },
+  { function() return rt.sphere { center = 5, radius = 1 }, nil end, "rt.sphere: center must be {x, y, z}; got 5" },
+  { function() return rt.sphere { center = { 0, "1", 2 }, radius = 1 }, nil end, "rt.sphere: center[2] must be a number; got '1'" },
+  { function() return rt.sphere { center = { 0, 1, 2 }, radius = 1, material = { 1, 0, 0 } }, nil end,
+    "rt.sphere: material must be a material, as rt.classic { ... } gives it; got a table" },
+  { function() return rt.sphere { center = { 0, 1, 2 }, radius = 1, mask = -1 }, nil end,
+    "rt.sphere: mask must be a whole number from 0 to 4.29497e+09; got -1" },
+  { function() return rt.sphere { center = { 0, 1, 2 }, radius = 1, name = "" }, nil end, "rt.sphere: name is empty" },
+  { function() return rt.sphere(3), nil end, "rt.sphere takes one table, as in rt.sphere { center = {0, 1, 0}, radius = 1 }; got 3" },
+  { function() return rt.sphere(rt.vec(1, 2, 3)), nil end,
+    "rt.sphere takes one table, as in rt.sphere { center = {0, 1, 0}, radius = 1 }; got a rt.vec" },
+  { function() return rt.plane { point = { 0, 0, 0 }, normal = { 0, 0, 0 } }, nil end, "rt.plane: normal is zero and so has no direction" },
+  { function() return rt.box { low = { 0, 0, 0 }, high = { 1, 0, 1 } }, nil end,
+    "rt.box: low must be below high on each axis; y goes from 0 to 0" },
+  { function() return rt.cylinder { from = { 0, 0, 0 }, to = { 0, 0, 0 }, radius = 1 }, nil end, "rt.cylinder: from and to are the same point" },
+  { function() return rt.cone { from = { 0, 0, 0 }, to = { 0, 1, 0 }, radius = 0 }, nil end, "rt.cone: radius and to_radius are both 0" },
+  { function() return rt.torus { center = { 0, 0, 0 }, axis = { 0, 1, 0 }, major_radius = 1, minor_radius = 1 }, nil end,
+    "rt.torus: minor_radius must be less than major_radius; got 1 and 1" },
+  { function() return rt.classic { color = { 0, 0, 2 } }, nil end, "rt.classic: color[3] must be from 0 to 1; got 2" },
+  { function() return rt.classic { diffusion = 1.5 }, nil end, "rt.classic: diffusion must be from 0 to 1; got 1.5" },
+  { function() return rt.classic { colour = { 1, 1, 1 } }, nil end, "rt.classic has no key 'colour'; did you mean color?" },
+  { function() return rt.classic { texture = 5 }, nil end,
+    "rt.classic: texture must be a file's name, a texture as rt.texture { file = ... } or an image; got 5" },
+  { function() return rt.emissive {}, nil end, "rt.emissive: emission is missing" },
+  { function() return rt.texture {}, nil end, "rt.texture: give either file or image" },
+  { function() return rt.texture { file = "a\0b" }, nil end, "rt.texture: file has a NUL byte inside" },
+  { function() return rt.texture { file = "a.png", wrap = "clam" }, nil end,
+    "rt.texture: wrap must be one of repeat, clamp; got 'clam' (did you mean clamp?)" },
+  { function() return rt.point_light { at = { 0, 0, 0 }, color = { -1, 0, 0 } }, nil end, "rt.point_light: color[1] must be at least 0; got -1" },
+  { function() return rt.sphere_light { at = { 0, 0, 0 }, radius = 0 }, nil end, "rt.sphere_light: radius must be greater than 0; got 0" },
+  { function() return rt.directional_light {}, nil end, "rt.directional_light: direction is missing" },
+  { function() return rt.camera { eye = { 0, 0, 0 } }, nil end, "rt.camera: look_at is missing" },
+  { function() return rt.camera { eye = { 0, 0, 0 }, look_at = { 0, 0, 0 } }, nil end, "rt.camera: eye and look_at are the same point" },
+  { function() return rt.camera { eye = { 0, 0, 0 }, look_at = { 0, 0, 1 }, fov = 180 }, nil end,
+    "rt.camera: fov must be greater than 0 and less than 180; got 180" },
+  { function() return rt.spheres { centers = { 1, 2 }, radius = 1 }, nil end, "rt.spheres: centers needs 3 numbers an item; it has 2 numbers" },
+  { function() return rt.spheres { centers = { { 1, 2, 3 } } }, nil end, "rt.spheres: give either radii, one a sphere, or radius, one for all" },
+  { function() return rt.spheres { centers = { { 1, 2, 3 } }, radii = { 1, 2 } }, nil end, "rt.spheres: radii has 2 items, but centers has 1" },
+  { function() return rt.spheres { centers = rt.buffer("u32", 3), radius = 1 }, nil end,
+    "rt.spheres: centers must be a buffer of type f32; got one of type u32" },
+  { function() return rt.mesh { vertices = { { 0, 0, 0 } } }, nil end, "rt.mesh: faces is missing" },
+  { function() return rt.mesh { file = "x.ply", faces = { { 1, 2, 3 } } }, nil end, "rt.mesh: file and faces do not go together" },
+  { function() return rt.mesh { vertices = { { 0, 0, 0 } }, faces = { { 1, 1, 0 } } }, nil end,
+    "rt.mesh: faces[3] must be the number of a vertex, from 1; got 0" },
+  { function() return rt.mesh { vertices = { { 0, 0, 0 } }, faces = { { 1, 1, 1, 1 } } }, nil end,
+    "rt.mesh: faces[1] has 4 corners; rt.polyhedron takes such faces" },
+  { function() return rt.mesh { vertices = { { 0, 0, 0 } }, faces = { { 1, 1, 2 } } }, nil end,
+    "rt.mesh: faces names vertex 2, but there are 1" },
+  { function() return rt.mesh { vertices = { { 0, 0 } }, faces = {} }, nil end,
+    "rt.mesh: vertices[1] must be a table of 3 numbers; got a table of 2" },
+  { function() return rt.mesh { vertices = { 1, 2, nil, 4 }, faces = {} }, nil end,
+    "rt.mesh: vertices must be a list without holes or names" },
+  { function() return rt.polyhedron { vertices = { { 0, 0, 0 } }, faces = { { 1, 1, 2 } } }, nil end,
+    "rt.polyhedron: faces names vertex 2, but there are 1" },
+  { function() return rt.polyhedron { vertices = { { 0, 0, 0 } }, faces = { { 1, 1 } } }, nil end,
+    "rt.polyhedron: faces[1] must be a list of at least 3 vertex numbers; got a list of 2" },
+  { function() return rt.instance {}, nil end,
+    "rt.instance: it places nothing; put an object first, as in rt.instance { bunny, transform = ... }" },
+  { function() return rt.instance { rt.group {}, transform = { 1, 2, 3 } }, nil end,
+    "rt.instance: transform must be a table of 12 numbers; got a table of 3" },
+  { function() return rt.vec(1, 2), nil end, "rt.vec takes three numbers, one number or {x, y, z}" },
+  { function() return rt.vec(1, 2, 3) + "x", nil end, "an operand of vec + must be a number or {x, y, z}; got 'x'" },
+  { function() return rt.vec(0, 0, 0):normalize(), nil end, "a vec of length 0.0 has no direction" },
+  { function() rt.vec(1, 2, 3).w = 4 end, "a vec is a value: its w is not assigned, a new vec is made" },
+  { function() return rt.srgb "red", nil end, "rt.srgb: '#rrggbb' is expected; got 'red'" },
+  { function() return rt.rotate({ 0, 0, 0 }, 90), nil end, "rt.rotate: the axis is zero and so has no direction" },
+  { function() return rt.scale(0), nil end, "rt.scale: a factor of 0 flattens everything" },
+  { function() return rt.random(), nil end, "rt.random needs at least one key: the same keys give the same number" },
+  { function() return rt.random({}), nil end, "rt.random: key 1 must be a number or a string; got a table" },
+  { function() return rt.load(5), nil end, "rt.load: the path must be a string; got 5" },
+  { function() return rt.on_log(5), nil end, "rt.on_log: the argument must be a function; got 5" },
+  { function() return rt.image { width = 0, height = 1 }, nil end, "rt.image: width must be a whole number from 1 to 1.04858e+06; got 0" },
+  { function() return rt.compare(1, 2), nil end, "rt.compare: the first argument must be an image, as rt.image gives it; got 1" },
+}
+
+describe("a fault is a sentence with its place:", function()
+  for _, row in ipairs(faults) do
+    it(row[2], function()
+      raises(row[2], row[1])
+    end)
+  end
+
+  it("names the same key whatever the order of the table", function()
+    raises("rt.classic has no key 'aaa'; known are alpha_cut, alpha_texture, ambient, color, diffusion, name, opaque_shadow, "
+      .. "reflectiveness, refractiveness, shininess, specular, texture, transparency", function()
+      return rt.classic { zzz = 1, aaa = 2, mmm = 3 }, nil
+    end)
+  end)
+end)

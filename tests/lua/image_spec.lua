@@ -1,0 +1,115 @@
+-- Images.
+
+local support = require "support"
+local rt, raises = support.rt, support.raises
+
+local function gradient()
+  return rt.image { width = 4, height = 2, pixel = function(x, y) return x / 4, y / 2, 0.5 end }
+end
+
+describe("an image", function()
+  it("has pixels counted from 0, from the top", function()
+    local image = gradient()
+    assert.same({ 0.75, 0.5, 0.5, 1 }, { image:pixel(3, 1) })
+    image:set_pixel(0, 0, 1, 2, 3, 0.5)
+    assert.same({ 1, 2, 3, 0.5 }, { image:pixel(0, 0) })
+    assert.equal("rt.image(4 x 2)", tostring(image))
+    raises("pixel 4, 0 is outside of the image's 0 ... 3, 0 ... 1", function() return image:pixel(4, 0), nil end)
+    raises("pixel -1, 0 is outside of the image's 0 ... 3, 0 ... 1", function() return image:pixel(-1, 0), nil end)
+    raises("pixel 0.5, 0 is outside of the image's 0 ... 3, 0 ... 1", function() return image:pixel(0.5, 0), nil end)
+  end)
+
+  it("has statistics and a hash", function()
+    local stats = gradient():stats()
+    assert.same({ 0, 0, 0.5 }, stats.min)
+    assert.same({ 0.75, 0.5, 0.5 }, stats.max)
+    assert.same({ 0.375, 0.25, 0.5 }, stats.mean)
+    assert.equal(0, stats.not_finite)
+    assert.equal(gradient():hash(), gradient():hash())
+    local other = gradient()
+    other:set_pixel(0, 0, 0 / 0, 0, 0)
+    assert.not_equal(gradient():hash(), other:hash())
+    assert.equal(1, other:stats().not_finite)
+  end)
+
+  it("is compared", function()
+    local a, b = gradient(), gradient()
+    assert.equal(0, rt.compare(a, b).differing)
+    assert.equal(math.huge, a:compare(b).psnr)
+    b:set_pixel(2, 1, 0, 0, 0)
+    local d = a:compare(b, { map = true })
+    assert.equal(1, d.differing)
+    assert.same({ 2, 1 }, d.first)
+    assert.same({ 4, 2 }, { d.map:size() })
+    assert.is_nil(a:compare(b).map)
+    local message = support.message(rt.compare, a, rt.image { width = 3, height = 2 })
+    assert.is_truthy(message:find "4" and message:find "3", message)
+  end)
+
+  it("is saved and read", function()
+    support.in_folder(function(folder)
+      for _, ending in ipairs { "png", "bmp", "tga" } do
+        local path = folder .. "/an image." .. ending
+        assert.equal("rt.image(4 x 2)", tostring(gradient():save(path)))
+        local back = rt.image(path)
+        assert.same({ 4, 2 }, { back:size() })
+        assert.is_true(math.abs(back:pixel(3, 1) - 0.75) < 0.01)
+      end
+      gradient():save(folder .. "/x.dat", { format = "png", alpha = true, exposure = -1 })
+      assert.is_true(math.abs(rt.image(folder .. "/x.dat"):pixel(3, 1) - 0.375) < 0.01)
+      local message = support.message(gradient().save, gradient(), folder .. "/none/x.png")
+      assert.is_truthy(message:find("none/x.png", 1, true), message)
+      message = support.message(gradient().save, gradient(), folder .. "/x.xyz")
+      assert.is_truthy(message:find("xyz", 1, true), message)
+      message = support.message(rt.image, folder)
+      assert.is_truthy(message:find(folder, 1, true), message)
+      message = support.message(rt.image, support.write(folder .. "/cut.png", "\137PNG\r\n\26\n"))
+      assert.is_truthy(message:find("cut.png", 1, true), message)
+    end)
+    raises("image:save has no key 'exposur'; did you mean exposure?", function() return gradient():save("x.png", { exposur = 1 }), nil end)
+    raises("image:save: quality must be a whole number from 1 to 100; got 0", function() return gradient():save("x.jpg", { quality = 0 }), nil end)
+  end)
+
+  it("has text entries", function()
+    local image = gradient()
+    image:set_text("Author", "nobody")
+    assert.equal("nobody", image:text "Author")
+    assert.is_nil(image:text "Title")
+  end)
+
+  it("is released twice, and says so", function()
+    local image = gradient()
+    image:release()
+    image:release()
+    assert.equal("rt.image (released)", tostring(image))
+    raises("the image has been released", function() return image:hash(), nil end)
+    local closed <close> = gradient()
+    assert.equal(32, #closed:hash())
+  end)
+
+  it("tells the collector its size", function()
+    collectgarbage()
+    local _, before = rt.machine(), rt.machine().memory
+    for _ = 1, 200 do
+      rt.image { width = 512, height = 512 } -- 4 MiB each
+    end
+    local held = rt.machine().memory - before
+    assert.is_true(held < 400 << 20, ("%d MiB of images wait for the collector"):format(held >> 20))
+    collectgarbage()
+    collectgarbage()
+    assert.is_true(rt.machine().memory - before <= 0)
+  end)
+
+  it("is a texture", function()
+    local image = rt.image { width = 2, height = 2, pixel = function(x) return x, 0, 1 end }
+    local scene = rt.scene {
+      camera = rt.camera { eye = { 1, 1, 5 }, look_at = { 1, 1, 0 }, projection = "orthographic", height = 2 }, ambient = { 1, 1, 1 },
+      rt.plane { point = { 0, 0, 0 }, normal = { 0, 0, 1 }, texture_size = 2, material = rt.classic {
+        ambient = 1, diffusion = 0, texture = rt.texture { image = image, nearest = true },
+      } },
+    }
+    local made = scene:render { width = 2, height = 2, samples = 1 }
+    assert.same({ 0, 0, 1 }, { table.unpack({ made:pixel(0, 0) }, 1, 3) })
+    assert.same({ 1, 0, 1 }, { table.unpack({ made:pixel(1, 0) }, 1, 3) })
+  end)
+end)

@@ -1,0 +1,118 @@
+-- Renders in progress.
+
+local support = require "support"
+local raises = support.raises
+
+-- A render of about a second, in small tiles.
+local function long(scene, more)
+  local options = { width = 320, height = 240, samples = 256, tile = 16 }
+  for key, value in pairs(more or {}) do
+    options[key] = value
+  end
+  return scene:start(options)
+end
+
+describe("a job", function()
+  it("is polled, waited for and gives its image", function()
+    local job = support.ball():start()
+    local state, progress
+    repeat
+      state, progress = job:poll()
+      assert.is_true(progress >= 0 and progress <= 1)
+      job:wait(0.01)
+    until state ~= "running"
+    assert.equal("done", state)
+    assert.equal("done", (job:wait()))
+    local image = job:image()
+    assert.equal(image, job:image())
+    assert.equal(support.ball():render():hash(), image:hash())
+    assert.equal(2, #job:stats().per_worker)
+    assert.equal(job:stats().tiles, job:stats().tiles_done)
+  end)
+
+  it("gives its tiles as they are done", function()
+    local job, area = support.ball():start(), 0
+    for tile in job:tiles() do
+      assert.is_true(tile.x + tile.width <= 32 and tile.y + tile.height <= 24)
+      area = area + tile.width * tile.height
+    end
+    assert.equal(32 * 24, area)
+    assert.equal("done", (job:poll()))
+  end)
+
+  it("is cancelled soon", function()
+    for workers = 1, 2 do
+      local job = long(support.ball(), { workers = workers, samples = 65536 })
+      job:wait(0.05)
+      local start = os.time()
+      job:cancel()
+      assert.equal("cancelled", (job:wait()))
+      assert.is_true(os.time() - start <= 1)
+      assert.same({ 320, 240 }, { job:image():size() })
+    end
+  end)
+
+  it("shows what is finished when asked to", function()
+    local job = long(support.ball(), { preview = true, samples = 4096 })
+    for _ in job:tiles() do
+      local image = job:image()
+      if job:poll() == "running" then
+        local _, _, _, first = image:pixel(0, 0)
+        assert.is_true(first == 0 or first == 1)
+        break
+      end
+    end
+    job:release()
+    local plain <close> = long(support.ball(), { samples = 4096 })
+    assert.is_nil(plain:image())
+  end)
+
+  it("can be released twice, while it runs", function()
+    local job = long(support.ball(), { samples = 65536 })
+    job:release()
+    job:release()
+    raises("the job has been released", function() return job:poll(), nil end)
+    assert.equal("rt.job (released)", tostring(job))
+  end)
+
+  it("may be forgotten while it runs", function()
+    long(support.ball(), { samples = 65536 })
+    collectgarbage()
+    collectgarbage()
+  end)
+
+  it("passes through what an interrupt raises, in a coroutine too", function()
+    -- Stock lua5.4's handler of Ctrl-C sets such a hook on the main state.
+    local function interrupted(f)
+      local scene = support.ball()
+      local count = 0
+      local function hook()
+        count = count + 1
+        if count > 3 then
+          debug.sethook()
+          error("interrupted!", 0)
+        end
+      end
+      local ok, message = pcall(f, scene, hook)
+      debug.sethook()
+      assert.is_false(ok)
+      assert.is_truthy(tostring(message):find "interrupted!")
+    end
+    interrupted(function(scene, hook)
+      local job <close> = long(scene, { samples = 65536 })
+      debug.sethook(hook, "c")
+      job:wait()
+    end)
+    interrupted(function(scene, hook)
+      local main = coroutine.running()
+      local co = coroutine.create(function()
+        local job <close> = long(scene, { samples = 65536 })
+        debug.sethook(main, hook, "c")
+        job:wait()
+      end)
+      local ok, message = coroutine.resume(co)
+      coroutine.close(co)
+      assert(ok, message)
+    end)
+  end)
+end)

@@ -1,0 +1,169 @@
+-- The module as a whole: its stub for editors, its neighbours, many states.
+
+local support = require "support"
+local rt = support.rt
+
+local function stub()
+  local file = assert(io.open(os.getenv "RT_STUB" or "lua/rt.d.lua"))
+  local text = file:read "a"
+  file:close()
+  return text
+end
+
+local function sorted(set)
+  local list = {}
+  for name in pairs(set) do
+    list[#list + 1] = name
+  end
+  table.sort(list)
+  return table.concat(list, " ")
+end
+
+-- The names that `pattern` captures in the stub.
+local function declared(pattern, text)
+  local set = {}
+  for name in (text or stub()):gmatch(pattern) do
+    set[name] = true
+  end
+  return set
+end
+
+describe("the stub rt.d.lua", function()
+  it("is Lua", function()
+    assert(load(stub()))
+  end)
+
+  it("names what the module has", function()
+    local set = declared "\nfunction rt%.([%w_]+)"
+    set.version, set.build = true, true
+    assert.equal(sorted(rt), sorted(set))
+    for name, value in pairs(rt) do
+      assert.equal((name == "version" or name == "build") and "string" or "function", type(value))
+    end
+  end)
+
+  it("names every method", function()
+    local scene = support.ball()
+    local job = scene:start()
+    local objects = {
+      Scene = getmetatable(scene).__index, Job = getmetatable(job).__index, Image = getmetatable(rt.image { width = 1, height = 1 }).__index,
+      Transform = getmetatable(rt.transform()).__index,
+    }
+    for class, methods in pairs(objects) do
+      assert.equal(sorted(methods), sorted(declared("\nfunction " .. class .. ":([%w_]+)")))
+    end
+    for name in pairs(declared "\nfunction Vec:([%w_]+)") do
+      assert.is_function(rt.vec(1, 2, 3)[name])
+    end
+    for name in pairs(declared "\nfunction Buffer:([%w_]+)") do
+      assert.is_function(rt.buffer("u8", 1)[name])
+    end
+  end)
+
+  -- The keys that a constructor takes, from what it says about a wrong one.
+  local function keys_of(constructor)
+    local _, message = pcall(constructor, { qqqqqqqqqqqqqqqq = 1 })
+    local set = {}
+    for name in message:match "known are (.*)$":gmatch "[%w_]+" do
+      set[name] = true
+    end
+    return set
+  end
+
+  local function fields_of(class)
+    local text = stub()
+    local head, body = text:match("%-%-%-@class rt%." .. class .. "([^\n]*)\n(.-)\n\n")
+    local set = declared("%-%-%-@field ([%w_]+)", body)
+    if head:find "rt.shape_desc" then
+      for name in pairs(fields_of and declared("%-%-%-@field ([%w_]+)", text:match "%-%-%-@class rt%.shape_desc\n(.-)\n\n")) do
+        set[name] = true
+      end
+    end
+    return set
+  end
+
+  it("names every key of the constructors", function()
+    for _, name in ipairs { "scene", "camera", "point_light", "sphere_light", "directional_light", "classic", "emissive", "texture", "sphere",
+      "spheres", "plane", "box", "cylinder", "cone", "torus", "mesh", "polyhedron", "group", "instance" } do
+      assert.equal(sorted(keys_of(rt[name])), sorted(fields_of(name .. "_desc")), name)
+    end
+    assert.equal(sorted(keys_of(function(t) return rt.scene { settings = t } end)), sorted(fields_of "settings"))
+  end)
+end)
+
+describe("the module", function()
+  it("says what it is", function()
+    assert.is_truthy(rt.version:find "^%d+%.%d+%.%d+$")
+    assert.is_truthy(rt.build:find "stb=")
+    local machine = rt.machine()
+    assert.is_true(machine.cpus >= 1 and machine.workers >= 1 and machine.memory_available > 0)
+    assert.equal("whitted", rt.integrators()[1].name)
+    assert.is_string(rt.tracers()[1].help)
+  end)
+
+  it("stands beside other C modules", function()
+    local ok, cjson = pcall(require, "cjson")
+    if not ok then
+      pending "cjson is not installed"
+      return
+    end
+    assert.equal('{"a":1}', cjson.encode { a = 1 })
+  end)
+
+  local function lua(code)
+    local pipe = io.popen("lua5.4 - 2>&1 <<'END'\n" .. code .. "\nEND\necho status $?")
+    local text = pipe:read "a"
+    pipe:close()
+    return text
+  end
+
+  it("is configured before it is used", function()
+    assert.equal("1\nstatus 0\n", lua 'local rt = require "rt"; rt.configure { workers = 1 }; print(rt.machine().workers)')
+    assert.is_truthy(lua('local rt = require "rt"; rt.scene {}; rt.configure { workers = 1 }')
+      :find "rt.configure must come before the first scene or image")
+  end)
+
+  it("hands on what the library says", function()
+    local lines = {}
+    local before = rt.on_log(function(level, text)
+      lines[#lines + 1] = level .. " " .. text
+    end)
+    assert.is_nil(before)
+    support.in_folder(function(folder)
+      support.write(folder .. "/t.mtl", "newmtl m\nmap_Kd missing.png\n")
+      support.write(folder .. "/t.obj", "mtllib t.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+      assert.equal(1, rt.scene { rt.mesh { file = folder .. "/t.obj" } }:info().triangles)
+    end)
+    assert.is_function(rt.on_log(nil))
+    assert.is_truthy(table.concat(lines, "\n"):find("missing.png", 1, true))
+  end)
+
+  it("ends cleanly with objects alive, in any order", function()
+    assert.equal("status 0\n", lua [[
+      local rt = require "rt"
+      local function scene() return rt.scene { rt.sphere { center = {0, 0, 0}, radius = 1 } } end
+      a = scene()
+      b = rt.scene { rt.instance { a } }
+      c = b:start { width = 64, height = 64, samples = 4096 }
+      d = b:render { width = 8, height = 8, samples = 1 }
+      setmetatable({}, { __gc = function() a:release() d:release() end })
+      e = scene():start { width = 64, height = 64, samples = 4096 }
+      rt, package.loaded.rt = nil, nil
+      collectgarbage()
+    ]])
+  end)
+
+  it("can be used by many states and opened again", function()
+    assert.equal("status 0\n", lua [[
+      for i = 1, 50 do
+        local rt = require "rt"
+        assert(rt.scene { rt.sphere { center = {0, 0, 0}, radius = 1 } }:render { width = 4, height = 4, samples = 1 })
+        for name in pairs(package.loaded) do
+          if name == "rt" or name:find "^rt%." then
+            package.loaded[name] = nil
+          end
+        end
+      end
+    ]])
+  end)
+end)

@@ -1,0 +1,275 @@
+-- Scenes: renders, queries, facts, saving.
+
+local support = require "support"
+local rt, raises = support.rt, support.raises
+
+describe("a render", function()
+  it("gives the picture", function()
+    local scene = support.ball()
+    local image, stats = scene:render()
+    assert.same({ 32, 24 }, { image:size() })
+    local r, g, b, a = image:pixel(16, 12)
+    assert.is_true(r > g and g > 0 and b > 0)
+    assert.equal(1, a)
+    assert.equal(32 * 24, stats.rays_camera)
+    assert.is_true(stats.rays > stats.rays_camera)
+  end)
+
+  it("has the same bits for any arrangement", function()
+    local scene = support.ball()
+    local hash = scene:render { workers = 1, tile = 64 }:hash()
+    for _, tracer in ipairs { "kdtree", "octree", "brute" } do
+      assert.equal(hash, scene:render { workers = 3, tile = 7, tracer = tracer, schedule = "static" }:hash())
+    end
+    assert.equal(hash, rt.render(scene):hash())
+    assert.equal(hash, support.ball():render():hash())
+    assert.not_equal(hash, scene:render { samples = 2 }:hash())
+  end)
+
+  it("shows the background of an empty scene", function()
+    local image = rt.scene { background = { 0.25, 0.5, 0.75 } }:render { width = 4, height = 3, samples = 1 }
+    assert.same({ 0.25, 0.5, 0.75 }, { table.unpack({ image:pixel(2, 1) }, 1, 3) })
+  end)
+
+  it("takes size, crop and the rest", function()
+    local scene = support.ball()
+    assert.same({ 10, 6 }, { scene:render { size = { 10, 6 } }:size() })
+    local whole, part = scene:render(), scene:render { crop = { x = 8, y = 4, width = 10, height = 5 } }
+    assert.same({ 10, 5 }, { part:size() })
+    assert.same({ whole:pixel(10, 6) }, { part:pixel(2, 2) })
+  end)
+
+  it("frames what has no camera", function()
+    local image = rt.scene { rt.sphere { center = { 100, 50, -20 }, radius = 3, material = rt.emissive { emission = { 1, 1, 1 } } } }:render {
+      width = 16, height = 16, samples = 1,
+    }
+    assert.equal(1, (image:pixel(8, 8)))
+    assert.equal(0, (image:pixel(0, 0)))
+  end)
+
+  it("works in a coroutine", function()
+    local image = coroutine.wrap(function()
+      return support.ball():render()
+    end)()
+    assert.equal(support.ball():render():hash(), image:hash())
+  end)
+
+  it("reports its progress on this thread and ends with what the report raises", function()
+    local scene, calls, last = support.ball(), 0, -1
+    scene:render {
+      progress = function(done, job)
+        calls = calls + 1
+        assert(done >= last and done <= 1 and tostring(job):find "rt.job")
+        last = done
+      end,
+    }
+    assert.is_true(calls >= 1)
+    assert.equal(1, last)
+    local ok, raised = pcall(scene.render, scene, { progress = function() error("enough", 0) end })
+    assert.is_false(ok)
+    assert.equal("enough", raised)
+    assert.equal(last, 1)
+    scene:render()
+  end)
+
+  it("checks its options", function()
+    local scene = support.ball()
+    raises("scene:render has no setting 'sampels'; did you mean samples?", function() return scene:render { sampels = 1 }, nil end)
+    raises("scene:render: samples must be a whole number from 1 to 65536; got 0", function() return scene:render { samples = 0 }, nil end)
+    raises("scene:render: samples must be a whole number; got 1.5", function() return scene:render { samples = 1.5 }, nil end)
+    raises("scene:render: progress must be a function; got 1", function() return scene:render { progress = 1 }, nil end)
+    raises("rt.render: the first argument must be a scene; got 1", function() return rt.render(1), nil end)
+  end)
+
+  it("says what it needs when it may not have it", function()
+    local scene = support.ball()
+    local message = support.message(scene.render, scene, { width = 30000, height = 30000, memory_limit = 2 ^ 26 | 0 })
+    assert.is_truthy(message:find "memory" or message:find "MiB", message)
+    message = support.message(scene.render, scene, { width = 100000, height = 100000 })
+    assert.is_truthy(message:find("scene_spec.lua:%d+: 100000 x 100000") or message:find("support.lua:%d+: 100000 x 100000"), message)
+    assert.is_true(scene:memory() > 0)
+  end)
+end)
+
+describe("a scene", function()
+  it("checks its keys", function()
+    raises("rt.scene has no key 'ambeint'; did you mean ambient?", function() return rt.scene { ambeint = { 0, 0, 0 } }, nil end)
+    raises("rt.scene: camera must be a camera, as rt.camera { eye = ..., look_at = ... } gives it; got a table", function()
+      return rt.scene { camera = { eye = { 0, 0, 0 } } }, nil
+    end)
+    raises("rt.scene takes one table, as in rt.scene { camera = ..., objects }; got nil", function() return rt.scene(), nil end)
+  end)
+
+  it("tells of itself", function()
+    local scene = support.ball()
+    local info = scene:info()
+    assert.equal(1, info.shapes)
+    assert.equal(1, info.planes)
+    assert.equal(1, info.lights)
+    assert.is_true(#info.trees >= 1)
+    local low, high = scene:bounds()
+    for i, corners in ipairs { { -1, 1 }, { 0, 2 }, { -1, 1 } } do -- a little around what is there
+      assert.is_true(low[i] <= corners[1] and low[i] > corners[1] - 1e-4 and high[i] >= corners[2] and high[i] < corners[2] + 1e-4)
+    end
+    assert.equal(32, #scene:hash())
+    assert.equal(scene:hash(), support.ball():hash())
+    assert.not_equal(scene:hash(), support.ball { ambient = { 0.3, 0.3, 0.3 } }:hash())
+    assert.same({ 0, 1, 5 }, scene:get_camera().eye)
+  end)
+
+  it("can be released twice, closed, and says so later", function()
+    local scene = support.ball()
+    do
+      local closed <close> = support.ball()
+      closed:hash()
+    end
+    scene:release()
+    scene:release()
+    raises("the scene has been released", function() return scene:hash(), nil end)
+  end)
+
+  it("keeps what its job needs", function()
+    local job = support.ball():start()
+    collectgarbage()
+    collectgarbage()
+    assert.equal("done", (job:wait()))
+    assert.same({ 32, 24 }, { job:image():size() })
+  end)
+
+  it("is saved and loaded as a snapshot", function()
+    support.in_folder(function(folder)
+      local scene = support.ball()
+      scene:save(folder .. "/ball.rts")
+      local loaded = rt.load_snapshot(folder .. "/ball.rts")
+      assert.equal(scene:hash(), loaded:hash())
+      assert.equal(scene:render():hash(), loaded:render { width = 32, height = 24, samples = 1 }:hash())
+      assert.equal(scene:hash(), rt.load(folder .. "/ball.rts"):hash())
+      assert.is_truthy(support.message(loaded.add, loaded, rt.sphere { center = { 0, 0, 0 }, radius = 1 }))
+      support.write(folder .. "/broken.rts", "not a snapshot")
+      assert.is_truthy(support.message(rt.load_snapshot, folder .. "/broken.rts"):find("broken.rts", 1, true))
+    end)
+  end)
+end)
+
+describe("a ray", function()
+  local scene = support.ball()
+
+  it("finds the closest hit", function()
+    local hit = scene:intersect { org = { 0, 1, 5 }, dir = { 0, 0, -2 } }
+    assert.is_true(math.abs(hit.t - 2) < 1e-5)
+    assert.equal("ball", hit.name)
+    assert.equal(0, hit.geom_id)
+    assert.is_true(math.abs(hit.position[3] - 1) < 1e-5)
+    assert.is_true(math.abs(hit.ng[3] - 1) < 1e-5)
+    assert.is_nil(scene:intersect { org = { 0, 1, 5 }, dir = { 0, 0, 1 } })
+    assert.is_nil(scene:intersect { org = { 0, 1, 5 }, dir = { 0, 0, -1 }, tmax = 3.9 })
+  end)
+
+  it("finds all hits in order", function()
+    local hits = scene:intersect_all { org = { 0, 1, 5 }, dir = { 0, -0.1, -1 } }
+    assert.equal(3, #hits)
+    assert.same({ "ball", "ball", "floor" }, { hits[1].name, hits[2].name, hits[3].name })
+    assert.is_true(hits[1].t < hits[2].t and hits[2].t < hits[3].t)
+    assert.equal(1, #scene:intersect_all({ org = { 0, 1, 5 }, dir = { 0, -0.1, -1 } }, 1))
+  end)
+
+  it("is occluded or not", function()
+    assert.is_true(scene:occluded { org = { 0, 1, 5 }, dir = { 0, 0, -1 } })
+    assert.is_false(scene:occluded { org = { 0, 1, 5 }, dir = { 0, 0, 1 } })
+  end)
+
+  it("comes in thousands by a buffer", function()
+    local count = support.many(1000) + 20
+    local rays = rt.buffer("f32", 8 * count)
+    for i = 0, count - 1 do
+      rays:set(8 * i + 1, 4 * rt.random("x", i) - 2, 3 * rt.random("y", i), 5, 0, 0, 0, -1, math.huge)
+    end
+    local hits, occluded = scene:intersect(rays), scene:occluded(rays)
+    assert.equal(count, #hits.t)
+    local found = 0
+    for i = 0, count - 1 do
+      local x, y = rays:get(8 * i + 1, 2)
+      local one = scene:intersect { org = { x, y, 5 }, dir = { 0, 0, -1 } }
+      assert.equal(one and one.t or math.huge, hits.t[i + 1])
+      assert.equal(one and one.prim_id or 0xffffffff, hits.prim_id[i + 1])
+      assert.equal(one and 1 or 0, occluded[i + 1])
+      found = found + (one and 1 or 0)
+    end
+    assert.is_true(found > count // 10 and found < count)
+  end)
+
+  it("is checked", function()
+    raises("scene:intersect: dir is missing", function() return scene:intersect { org = { 0, 0, 0 } }, nil end)
+    raises("scene:intersect: dir is zero and so has no direction", function()
+      return scene:intersect { org = { 0, 0, 0 }, dir = { 0, 0, 0 } }, nil
+    end)
+    raises("scene:occluded has no key 'direction'; known are dir, mask, org, tmax, tmin", function()
+      return scene:occluded { org = { 0, 0, 0 }, direction = { 0, 0, 1 } }, nil
+    end)
+    raises("rays must be a buffer of type f32 with 8 numbers a ray (org, tmin, dir, tmax); got rt.buffer(f32, 7)", function()
+      return scene:intersect(rt.buffer("f32", 7)), nil
+    end)
+  end)
+end)
+
+describe("shapes of arrays", function()
+  local function hit(shape, x, y)
+    return rt.scene { shape }:intersect { org = { x, y, 5 }, dir = { 0, 0, -1 } }
+  end
+
+  it("are meshes, counted from 1 in lists and from 0 in buffers", function()
+    local corners = { { 0, 0, 0 }, { 1, 0, 0 }, { 1, 1, 0 }, { 0, 1, 0 } }
+    local m = rt.mesh { vertices = corners, faces = { { 1, 2, 3 }, { 1, 3, 4 } } }
+    assert.equal(0, hit(m, 0.7, 0.2).prim_id)
+    assert.equal(1, hit(m, 0.2, 0.7).prim_id)
+    local flat = rt.buffer("f32", { 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0 })
+    local n = rt.mesh { vertices = flat, faces = rt.buffer("u32", { 0, 1, 2, 0, 2, 3 }) }
+    assert.equal(rt.scene { m }:hash(), rt.scene { n }:hash())
+  end)
+
+  it("may be smooth", function()
+    local roof = { vertices = { { -1, 0, 0 }, { 0, 0, 1 }, { 1, 0, 0 }, { 0, 1, 0.5 } }, faces = { { 1, 2, 4 }, { 2, 3, 4 } } }
+    local flat = hit(rt.mesh(roof), 0.01, 0.3)
+    roof.smooth = true
+    local smooth = hit(rt.mesh(roof), 0.01, 0.3)
+    assert.same(flat.ng, smooth.ng)
+    assert.is_true(math.abs(smooth.ns[1]) < 0.1 and math.abs(flat.ns[1]) > 0.3)
+  end)
+
+  it("are polyhedra", function()
+    local p = rt.polyhedron { vertices = { { 0, 0, 0 }, { 2, 0, 0 }, { 2, 2, 0 }, { 1, 0.5, 0 }, { 0, 2, 0 } }, faces = { { 1, 2, 3, 4, 5 } } }
+    assert.is_truthy(hit(p, 1, 0.25))
+    assert.is_nil(hit(p, 1, 1.5))
+    assert.is_truthy(hit(p, 0.2, 1.2))
+  end)
+
+  it("are many spheres, with a material each", function()
+    local red, blue = rt.classic { color = { 1, 0, 0 } }, rt.classic { color = { 0, 0, 1 } }
+    local s = rt.spheres { centers = { { 0, 0, 0 }, { 3, 0, 0 } }, radii = { 1, 0.5 }, materials = { red, blue } }
+    assert.same({ 1, 0, 0 }, hit(s, 0, 0).color)
+    assert.same({ 0, 0, 1 }, hit(s, 3, 0).color)
+    assert.equal(1, hit(s, 3, 0).prim_id)
+    assert.is_nil(hit(s, 3.7, 0))
+  end)
+end)
+
+describe("100,000 spheres", function()
+  it("are described and added in half a second", function()
+    if os.getenv "RT_TEST_GC" or os.getenv "RT_TEST_SLOW" then
+      pending "times are measured without a busy collector and without sanitizers"
+      return
+    end
+    local best = math.huge
+    for _ = 1, 3 do
+      local start = os.clock()
+      local list = {}
+      for i = 1, 100000 do
+        list[i] = rt.sphere { center = { i % 317, i // 317, rt.random(i) }, radius = 0.3 }
+      end
+      local scene <close> = rt.scene(list)
+      best = math.min(best, os.clock() - start)
+      assert.equal(99999, next(scene.objects, 99998) or #scene.objects)
+    end
+    assert.is_true(best < 0.5, ("%.3f s"):format(best))
+  end)
+end)
