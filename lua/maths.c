@@ -1,5 +1,7 @@
 #include "binding.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 /* ---- random: a hash of its arguments, the same everywhere ---- */
@@ -63,6 +65,36 @@ static int random_number(lua_State *L)
     return 1;
 }
 
+/* ---- vectors: tables of three numbers with the metatable of lua/rt/vec.lua ---- */
+
+static const char VEC_META = 'v'; /* its address is the registry's key */
+
+static int set_vec_meta(lua_State *L)
+{
+    lua_settop(L, 1);
+    lua_rawsetp(L, LUA_REGISTRYINDEX, &VEC_META);
+    return 0;
+}
+
+/* copy3(value) -> a vec of the three numbers | nil when it is no table of three that are finite in single precision */
+static int copy3(lua_State *L)
+{
+    if (lua_type(L, 1) != LUA_TTABLE || lua_rawgeti(L, 1, 4) != LUA_TNIL) {
+        return 0;
+    }
+    lua_createtable(L, 3, 0);
+    int copy = lua_gettop(L);
+    for (int i = 1; i <= 3; i++) {
+        if (lua_rawgeti(L, 1, i) != LUA_TNUMBER || !(fabs(lua_tonumber(L, -1)) <= (lua_Number)FLT_MAX)) {
+            return 0;
+        }
+        lua_rawseti(L, copy, i);
+    }
+    lua_rawgetp(L, LUA_REGISTRYINDEX, &VEC_META);
+    lua_setmetatable(L, copy);
+    return 1;
+}
+
 /* ---- affine maps: tables of 12 numbers, row by row ---- */
 
 static rt_transform check(lua_State *L, int arg)
@@ -106,7 +138,8 @@ static int multiply(lua_State *L)
 
 void rtl_open_maths(lua_State *L)
 {
-    static const luaL_Reg functions[] = {{"random", random_number}, {"translate", translate}, {"scale", scale},
-                                         {"rotate", rotate},        {"multiply", multiply},   {NULL, NULL}};
+    static const luaL_Reg functions[] = {
+        {"random", random_number}, {"set_vec_meta", set_vec_meta}, {"copy3", copy3}, {"translate", translate}, {"scale", scale},
+        {"rotate", rotate},        {"multiply", multiply},         {NULL, NULL}};
     rtl_add_functions(L, functions);
 }

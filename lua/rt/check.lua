@@ -8,12 +8,6 @@ local check = {}
 
 local type, math_type = type, math.type
 local FLOAT_MAX = 3.4028234e38
-local new_vec
-
--- vec.lua hands in its constructor: it needs this file first.
-function check.set_vec(constructor)
-  new_vec = constructor
-end
 
 function check.fail(...)
   error(core.where() .. string.format(...), 0)
@@ -138,19 +132,10 @@ local function vec3_fault(value, who, key, what)
   fail("%s: %s must be %s; it has %d values", who, key, what, #value)
 end
 
-local function is_vec3(value)
-  if type(value) ~= "table" then
-    return false
-  end
-  local x, y, z = value[1], value[2], value[3]
-  return math_type(x) and math_type(y) and math_type(z) and finite(x) and finite(y) and finite(z) and value[4] == nil
-end
+local copy3 = core.copy3 -- in C, for it is most of the work of describing many things
 
 function check.vec3(value, who, key)
-  if not is_vec3(value) then
-    vec3_fault(value, who, key, "{x, y, z}")
-  end
-  return new_vec(value[1], value[2], value[3])
+  return copy3(value) or vec3_fault(value, who, key, "{x, y, z}")
 end
 
 -- A vector that has a direction.
@@ -165,15 +150,13 @@ end
 -- A colour whose parts are at least 0, at most `high`.
 function check.color(high)
   return function(value, who, key)
-    if not is_vec3(value) then
-      vec3_fault(value, who, key, "{red, green, blue}")
-    end
+    local copy = copy3(value) or vec3_fault(value, who, key, "{red, green, blue}")
     for i = 1, 3 do
-      if value[i] < 0 or high and value[i] > high then
-        fail("%s: %s[%d] must be %s; got %s", who, key, i, high and ("from 0 to %g"):format(high) or "at least 0", tostring(value[i]))
+      if copy[i] < 0 or high and copy[i] > high then
+        fail("%s: %s[%d] must be %s; got %s", who, key, i, high and ("from 0 to %g"):format(high) or "at least 0", tostring(copy[i]))
       end
     end
-    return new_vec(value[1], value[2], value[3])
+    return copy
   end
 end
 
@@ -254,7 +237,7 @@ end
 
 -- The checked copy of t. `skip_numbers` passes positional items over.
 function check.fields(t, fields, who, skip_numbers)
-  local copy = {}
+  local copy = { a = nil, b = nil, c = nil, d = nil } -- room for four fields at once
   for key, value in next, t do
     local field = fields[key]
     if field then

@@ -1,5 +1,6 @@
 -- rt.vec: points, directions and colours with arithmetic. A vec is a table {x, y, z} like any other, so it can stand wherever one is expected.
 
+local core = require "rt.core"
 local check = require "rt.check"
 
 local vec = {}
@@ -10,7 +11,7 @@ local NAMES = { x = 1, y = 2, z = 3, r = 1, g = 2, b = 3 }
 local function new(x, y, z)
   return setmetatable({ x, y, z }, meta)
 end
-check.set_vec(new)
+core.set_vec_meta(meta)
 
 function meta.__index(v, key)
   local i = NAMES[key]
