@@ -40,6 +40,10 @@ RTK_FN rtk_vec3 rtk_unit(rtk_vec3 a)
     float m = rtk_maxabs(a);
     rtk_vec3 s;
     float l;
+    if (m >= 1.0e-15f && m <= 1.0e15f) { /* nearly always: no square leaves the range */
+        l = rtk_len(a);
+        return rtk_v3(a.x / l, a.y / l, a.z / l);
+    }
     if (!(m > 0.0f) || !(m <= 3.0e38f))
         return rtk_v3(0.0f, 0.0f, 1.0f);
     s = m < 1.0e-30f ? rtk_scale(a, 1.0e30f) : a;

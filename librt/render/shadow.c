@@ -125,9 +125,10 @@ void rti_shadow_flush(rti_worker *worker)
     const rti_frame *f = worker->frame;
     rti_shadows *q = &worker->shadows;
     uint32_t flags = q->light != RTI_LIGHT_MIXED ? RTI_TRACE_COHERENT : 0;
+    bool ao = f->set.integrator->flags & RTI_INTEGRATOR_AO; /* asks for bodies, not for light: nothing is seen through */
     if (q->count > 0 && !rti_cancelled(f->cancel)) {
-        worker->counts.rays[f->set.integrator->flags & RTI_INTEGRATOR_AO ? RTK_KIND_AO : RTK_KIND_SHADOW] += q->count;
-        if (f->scene->flags & RTK_SCENE_TRANSPARENT && !f->set.desc.opaque_shadows)
+        worker->counts.rays[ao ? RTK_KIND_AO : RTK_KIND_SHADOW] += q->count;
+        if (f->scene->flags & RTK_SCENE_TRANSPARENT && !f->set.desc.opaque_shadows && !ao)
             flush_tinted(worker, flags);
         else
             flush_opaque(worker, flags);

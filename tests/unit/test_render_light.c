@@ -429,6 +429,7 @@ static void test_ao(void **state)
     roof.from = v3(0, 1, 0);
     roof.to = v3(0, 1.5f, 0);
     roof.radius0 = 1;
+    roof.common.material = add_material(scene, v3(1, 1, 1), 0, 0, 1, 1); /* glass hides like stone */
     OK(rt_scene_add_cylinder(scene, &roof, NULL));
     d.ao_distance = 100;
     image = commit_and_render(&d);
