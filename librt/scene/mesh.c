@@ -178,13 +178,13 @@ rt_status rt_scene_add_polyhedron(rt_scene *scene, const rt_polyhedron_desc *des
     status = rti_mesh_make(scene->ctx, call, &want, &mesh);
     if (status != RT_OK)
         return status;
-    scratch = rti_alloc_array(scene->ctx, largest, 3 * sizeof *scratch);
+    scratch = rti_alloc_array(scene->ctx, largest, RTI_POLYGON_SCRATCH * sizeof *scratch);
     if (!scratch) {
         rti_mesh_free(scene->ctx, mesh);
-        return rti_fail_memory(scene->ctx, call, 3 * sizeof *scratch * largest);
+        return rti_fail_memory(scene->ctx, call, RTI_POLYGON_SCRATCH * sizeof *scratch * largest);
     }
     copy(mesh->positions, d.positions, d.vertex_count, 3 * sizeof(float));
     cut_faces(&d, scratch, mesh);
-    rti_free(scene->ctx, scratch, 3 * sizeof *scratch * largest);
+    rti_free(scene->ctx, scratch, RTI_POLYGON_SCRATCH * sizeof *scratch * largest);
     return add(scene, call, &d.common, mesh, triangles, geometry);
 }

@@ -1,6 +1,7 @@
 /* PLY files: both codings and byte orders, odd ones that are right, wrong ones that are refused with their place. */
 #include "../support/fixture.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "scene/import/model.h"
@@ -248,6 +249,56 @@ static void test_large_polygon(void **state)
     }
 }
 
+static double twice_area(const float *p, uint32_t a, uint32_t b, uint32_t c)
+{
+    return ((double)p[3 * b] - p[3 * a]) * ((double)p[3 * c + 1] - p[3 * a + 1]) -
+           ((double)p[3 * b + 1] - p[3 * a + 1]) * ((double)p[3 * c] - p[3 * a]);
+}
+
+/* Stars, a wound band, teeth on one line, and corners strewn at random: the first three are covered exactly, the last ends in
+ * good time. */
+static void test_large_concave_polygons(void **state)
+{
+    enum { N = 20001 };
+    float *p = malloc(3 * N * sizeof *p);
+    uint32_t *corners = malloc(N * sizeof *corners);
+    (void)state;
+    for (int kind = 0; kind < 4; kind++) {
+        rti_part part = {.positions = p};
+        double whole = 0, sum = 0;
+        uint32_t random = 1;
+        for (uint32_t i = 0; i < N; i++) {
+            uint32_t half = N / 2, j = i < half ? i : N - 1 - i;
+            double angle = kind == 0 ? 6.283185307 * i / N : j * 0.01,
+                   radius = kind == 0 ? (i % 2 ? 1 : 0.5) : 1 + angle * 0.1 + (i < half ? 0 : 0.3);
+            random = random * 1664525u + 1013904223u;
+            corners[i] = i;
+            p[3 * i] = kind < 2    ? (float)(radius * cos(angle))
+                       : kind == 2 ? (float)(i == N - 1 ? half : i)
+                                   : (float)(random >> 8);
+            random = random * 1664525u + 1013904223u;
+            p[3 * i + 1] = kind < 2    ? (float)(radius * sin(angle))
+                           : kind == 2 ? (float)(i == N - 1 ? N : i % 2)
+                                       : (float)(random >> 8);
+            p[3 * i + 2] = 0;
+        }
+        assert_true(rti_part_polygon(t.ctx, &part, corners, N));
+        assert_int_equal(part.triangle_count, N - 2);
+        for (uint32_t i = 0; i < N; i++)
+            whole += twice_area(p, 0, i, (i + 1) % N);
+        for (uint32_t i = 0; i < N - 2; i++) {
+            double area = twice_area(p, part.indices[3 * i], part.indices[3 * i + 1], part.indices[3 * i + 2]);
+            assert_true(kind == 3 || area * whole >= 0);
+            sum += area;
+        }
+        assert_true(kind == 3 || fabs(sum - whole) <= 1e-6 * fabs(whole));
+        part.positions = NULL;
+        rti_part_fini(t.ctx, &part);
+    }
+    free(p);
+    free(corners);
+}
+
 static void test_every_allocation_fails(void **state)
 {
     unsigned char bytes[2048];
@@ -309,6 +360,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_strips_and_flat_faces, setup, teardown),
         cmocka_unit_test_setup_teardown(test_concave_polygon, setup, teardown),
         cmocka_unit_test_setup_teardown(test_large_polygon, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_large_concave_polygons, setup, teardown),
         cmocka_unit_test_setup_teardown(test_every_allocation_fails, setup, teardown),
         cmocka_unit_test_setup_teardown(test_real_scenes, setup, teardown),
     };

@@ -360,7 +360,7 @@ static double area2(const float *p, uint32_t a, uint32_t b, uint32_t c)
 /* The triangles cover the polygon: areas of one sign, and their sum is the polygon's. */
 static void check_cut(const float *p, uint32_t n)
 {
-    uint32_t corners[64], scratch[192], tri[186];
+    uint32_t corners[64], scratch[RTI_POLYGON_SCRATCH * 64], tri[186];
     double whole = 0, sum = 0;
     for (uint32_t i = 0; i < n; i++) {
         corners[i] = i;
@@ -383,7 +383,7 @@ static void test_polygons(void **state)
     /* a square with a square hole, joined by a bridge that is walked twice */
     static const float hole[] = {0, 0, 0, 10, 0, 0, 10, 10, 0, 0, 10, 0, 0, 0, 0, 3, 3, 0, 3, 7, 0, 7, 7, 0, 7, 3, 0, 3, 3, 0};
     float star[3 * 40], backward[3 * 40], folded[] = {0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0, 1.5f, 0, 0};
-    uint32_t corners[] = {0, 1, 2, 3, 4}, scratch[15], tri[9];
+    uint32_t corners[] = {0, 1, 2, 3, 4}, scratch[RTI_POLYGON_SCRATCH * 5], tri[9];
     (void)state;
     check_cut(arrow, 4);
     check_cut(spiral, 12);

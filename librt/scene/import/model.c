@@ -178,7 +178,7 @@ bool rti_part_polygon(rt_context *ctx, rti_part *part, const uint32_t *corners, 
             rti_part_triangle(part, corners[0], corners[i], corners[i + 1]);
         return true;
     }
-    size_t size = 3 * (size_t)n * sizeof(uint32_t);
+    size_t size = RTI_POLYGON_SCRATCH * (size_t)n * sizeof(uint32_t);
     uint32_t *scratch = rti_alloc(ctx, size);
     if (!scratch)
         return false;
