@@ -18,7 +18,7 @@
  * is 17 + 10 + 32 = 59 uS < RTK_DELTA * S = 64 uS. The weights are as good: a point put together with them strays inside the
  * triangle by at most 128 uS.
  *
- * Near a huge triangle all that still leaves t with an error of some uS, many times t itself. So E <= 256 u |z| (a bound: what is measured is a tenth of it) is asked too, and
+ * Near a huge triangle all that still leaves t with an error of some uS, many times t itself. So E <= 64 u |z| is asked too, and
  * the doubled path takes the depth of the true plane, good to about 1e-6 of itself, where it is within 32 uS of the first one
  * (again 59): where it is not, the ray grazes, and the plane is met outside of the triangle.
  */
@@ -129,7 +129,12 @@ RTK_FN int rtk_tri_intersect(const rtk_pray *r, RT_GLOBAL const rtk_tri *tri, fl
     e = s.b * rtk_fabs(db) + s.c * rtk_fabs(dc);
     e = 10.0f * e + (7.0f * e + 4.0f * d) * q;
     if (uu == 0.0f || vv == 0.0f || ww == 0.0f ||
-        !(e <= rtk_min(32.0f * r->scale, 256.0f * rtk_fabs(s.z)) && (mx + my) * (10.0f * q + 12.0f) <= 128.0f * r->scale)) {
+        !(e <= rtk_min(32.0f * r->scale, 64.0f * rtk_fabs(s.z)) && (mx + my) * (10.0f * q + 12.0f) <= 128.0f * r->scale)) {
+        /* Beyond doubt out of reach: above all the triangle that a spawned ray starts beside. */
+        th = r->tshift + s.z / r->kdz;
+        e = 1.2e-7f * e / rtk_fabs(r->kdz);
+        if (th + e < r->tmin || th - e > r->tmax)
+            return 0;
         if (!rtk_tri_exact(r, tri, &s))
             return 0;
     }
