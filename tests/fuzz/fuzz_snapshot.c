@@ -1,0 +1,99 @@
+/* Snapshot files: whatever the decoder lets through must be safe to trace, to shade and to build other trees for. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "kernel/surface.h"
+#include "kernel/texture.h"
+#include "scene/blob.h"
+#include "trace/trace.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+static rt_context *fuzz_context(void)
+{
+    static rt_context *ctx;
+    if (!ctx) {
+        rt_context_desc d = rt_context_desc_default();
+        d.workers = 1;
+        d.memory_limit = (uint64_t)256 << 20;
+        if (rt_context_create(&d, &ctx) != RT_OK)
+            abort();
+    }
+    return ctx;
+}
+
+static void make_rays(rtk_trace_block *rays, rtk_vec3 lo, rtk_vec3 hi)
+{
+    rtk_vec3 mid = rtk_scale(rtk_add(lo, hi), 0.5f);
+    for (uint32_t i = 0; i < RTK_BLOCK; i++) {
+        rays->ox[i] = i & 1u ? lo.x - 1.0f : hi.x + 2.0f;
+        rays->oy[i] = i & 2u ? lo.y - 3.0f : hi.y + 1.0f;
+        rays->oz[i] = i & 4u ? lo.z : hi.z;
+        rays->dx[i] = mid.x - rays->ox[i];
+        rays->dy[i] = mid.y - rays->oy[i];
+        rays->dz[i] = i & 8u ? 0.0f : mid.z - rays->oz[i];
+        rays->tmin[i] = 0.0f;
+        rays->tmax[i] = 1.0e30f;
+        rays->mask[i] = ~0u;
+    }
+}
+
+static void shade(const rtk_scene *v, const rtk_trace_block *rays, const rtk_hit_block *hits)
+{
+    for (uint32_t i = 0; i < RTK_BLOCK; i++) {
+        rtk_ray ray = {rtk_v3(rays->ox[i], rays->oy[i], rays->oz[i]), rtk_v3(rays->dx[i], rays->dy[i], rays->dz[i]), 0.0f,
+                       1.0e30f, ~0u};
+        rtk_hit hit = {hits->t[i], hits->u[i], hits->v[i], hits->prim[i], hits->geom[i], hits->inst[i]};
+        float rgba[4];
+        if (hit.prim == RTK_INVALID)
+            continue;
+        rtk_surface s = rtk_surface_at(v, ray, hit);
+        if (s.material >= v->material_count)
+            abort();
+        if (v->materials[s.material].color_tex != RTK_INVALID)
+            rtk_texture_sample(v->textures[v->materials[s.material].color_tex], s.u, s.v, s.uv_scale, rgba);
+    }
+}
+
+/* A loaded snapshot traced by every tracer; the hits agree, or the file's own tree was wrong, which is no crash. */
+static void use(rti_snapshot *snapshot)
+{
+    _Alignas(64) rtk_trace_block rays;
+    _Alignas(64) rtk_hit_block hits;
+    rtk_vec3 lo, hi;
+    rti_snapshot_bounds(snapshot, &lo, &hi);
+    make_rays(&rays, lo, hi);
+    for (uint32_t i = 0; i < rti_tracer_count(); i++) {
+        const rti_tracer *tracer = rti_tracer_at(i);
+        rti_scratch scratch = {.steps = NULL};
+        rti_snapshot *with;
+        if (rti_snapshot_with_tree(snapshot, tracer->tree, NULL, &with) != RT_OK)
+            continue;
+        tracer->intersect(rti_snapshot_view(with), &rays, &hits, RTK_BLOCK, 0, &scratch);
+        shade(rti_snapshot_view(with), &rays, &hits);
+        rti_snapshot_release(with);
+    }
+}
+
+/* Hashes are not checked, nor the size that the header tells: no mutation would get past them. */
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    rt_context *ctx = fuzz_context();
+    rti_snapshot *snapshot = NULL;
+    uint64_t now = 0, length = size;
+    uint8_t *copy = rti_alloc(ctx, size);
+    if (!copy)
+        return 0;
+    memcpy(copy, data, size);
+    if (size >= sizeof(rti_blob_header))
+        memcpy(copy + offsetof(rti_blob_header, file_size), &length, sizeof length);
+    if (rti_blob_decode(ctx, "fuzz.snap", copy, size, false, &snapshot) == RT_OK)
+        use(snapshot);
+    rti_snapshot_release(snapshot);
+    rti_free(ctx, copy, size);
+    rti_chunk_drop_kept(ctx);
+    rt_context_memory(ctx, &now, NULL);
+    if (now > 65536) /* the empty cache stays */
+        abort();
+    return 0;
+}
