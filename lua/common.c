@@ -21,10 +21,6 @@ void rtl_where(lua_State *L)
     for (int level = 0; lua_getstack(L, level, &ar); level++) {
         lua_getinfo(L, "Sl", &ar);
         if (strcmp(ar.source, "=rt/run.lua") == 0) { /* what called the script; above it nothing is the script's */
-            if (lua_rawgetp(L, LUA_REGISTRYINDEX, &rtl_lost_place) == LUA_TFUNCTION && lua_pcall(L, 0, 1, 0) == LUA_OK) {
-                return;
-            }
-            lua_pop(L, 1);
             break;
         }
         if (ar.currentline > 0 && !starts_with(ar.source, "=rt/") && !starts_with(ar.source, "=rtray/")) {
@@ -32,7 +28,10 @@ void rtl_where(lua_State *L)
             return;
         }
     }
-    lua_pushliteral(L, "");
+    if (lua_rawgetp(L, LUA_REGISTRYINDEX, &rtl_lost_place) != LUA_TFUNCTION || lua_pcall(L, 0, 1, 0) != LUA_OK) {
+        lua_pop(L, 1);
+        lua_pushliteral(L, "");
+    }
 }
 
 int rtl_raise(lua_State *L, const char *format, ...)

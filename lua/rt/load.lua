@@ -66,7 +66,12 @@ function load.load(path, overrides, options)
     given.overrides[check.string(key, "rt.load", "a parameter's name")] = value
   end
   path = run.resolve(path)
-  local r = run.new(path, given)
+  local outer, r = run.current(), run.new(path, given)
+  for name, value in pairs(outer and outer.settings or {}) do -- the command line reaches scripts that scripts load
+    if r.settings[name] == nil then
+      r.settings[name] = value
+    end
+  end
   if given.seed then
     math.randomseed(given.seed)
   end

@@ -81,6 +81,35 @@ describe("a job", function()
     collectgarbage()
   end)
 
+  it("ends at Ctrl-C, builds of trees too", function()
+    -- The script says "go", gets the signal and must end of itself: `wait` gives its status, 1 from lua5.4 after an error.
+    local function interrupted(script)
+      local folder
+      support.in_folder(function(f)
+        folder = f
+        support.write(f .. "/s.lua", 'local rt = require "rt"\n' .. script)
+        local pipe = io.popen(([[
+          lua5.4 %s/s.lua > %s/out 2>&1 & p=$!
+          while kill -0 $p 2>/dev/null && ! grep -q go %s/out; do sleep 0.02; done
+          sleep 0.2; kill -INT $p; wait $p; echo status $?; cat %s/out]]):format(folder, folder, folder, folder))
+        local text = pipe:read "a"
+        pipe:close()
+        assert.is_truthy(text:find "status 1\n" and text:find "interrupted!", text)
+      end)
+    end
+    interrupted [[
+      local scene = rt.scene { rt.sphere { center = {0, 0, 0}, radius = 1 } }
+      io.stdout:write "go\n"; io.stdout:flush()
+      scene:render { width = 4000, height = 4000, samples = 65536 }]]
+    interrupted [[
+      local n = 1000000
+      local centers = rt.buffer("f32", 3 * n)
+      for i = 1, 3 * n do centers[i] = rt.random(i) end
+      local scene = rt.scene { rt.spheres { centers = centers, radius = 0.2 } }
+      io.stdout:write "go\n"; io.stdout:flush()
+      coroutine.wrap(function() scene:commit() end)()]]
+  end)
+
   it("passes through what an interrupt raises, in a coroutine too", function()
     -- Stock lua5.4's handler of Ctrl-C sets such a hook on the main state.
     local function interrupted(f)

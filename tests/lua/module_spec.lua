@@ -123,6 +123,32 @@ describe("the module", function()
       :find "rt.configure must come before the first scene or image")
   end)
 
+  it("says what it lacks when memory is limited, and goes on", function()
+    assert.equal("status 0\n", lua [[
+      local rt = require "rt"
+      rt.configure { memory_limit = 2^24 | 0 }
+      local list = {}
+      for i = 1, 100000 do list[i] = rt.sphere { center = {i, 0, 0}, radius = 1 } end
+      local ok, message = pcall(function() return rt.scene(list):commit() end)
+      assert(not ok and message:find "memory", message)
+      local scene = rt.scene { list[1] }
+      ok, message = pcall(scene.render, scene, { width = 2000, height = 2000, samples = 1 })
+      assert(not ok and message:find "2000 x 2000 pixels need %d+ bytes", message)
+      collectgarbage()
+      assert(scene:render { width = 8, height = 8, samples = 1 })
+    ]])
+  end)
+
+  it("reads and writes numbers the same in a German locale", function()
+    if not os.setlocale("de_DE.UTF-8", "numeric") then
+      pending "the locale de_DE.UTF-8 is not installed"
+      return
+    end
+    local hash = support.ball():hash()
+    os.setlocale("C", "numeric")
+    assert.equal(hash, support.ball():hash())
+  end)
+
   it("hands on what the library says", function()
     local lines = {}
     local before = rt.on_log(function(level, text)

@@ -136,6 +136,17 @@ describe("a scene", function()
     assert.same({ 32, 24 }, { job:image():size() })
   end)
 
+  it("builds no tree for a material, even when it is made anew", function()
+    local function built(radius, ior)
+      local material = rt.classic { refractiveness = ior, transparency = 1, diffusion = 0 }
+      local info = rt.scene { rt.sphere { center = { 0.25, 0, 0 }, radius = radius, material = material } }:info()
+      return info.built_trees
+    end
+    assert.equal(1, built(0.123, 1.5))
+    assert.equal(0, built(0.123, 1.6))
+    assert.equal(1, built(0.124, 1.6))
+  end)
+
   it("is saved and loaded as a snapshot", function()
     support.in_folder(function(folder)
       local scene = support.ball()
