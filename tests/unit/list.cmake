@@ -1,4 +1,5 @@
 # One line a unit test, sorted.
+librt_unit_test(acne)
 librt_unit_test(base THREADS)
 librt_unit_test(film)
 librt_unit_test(image)
