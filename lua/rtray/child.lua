@@ -35,6 +35,8 @@ function child.run(name, path, values, more)
   local text, status = sys.run(command)
   if not text then
     error({ status = 3, message = "a second process could not be started: " .. status }, 0)
+  elseif sys.interrupted() then
+    error "interrupted"
   elseif status ~= 0 then
     error({ status = status < 128 and status or 3, message = ("the run in a process of its own ended with status %d"):format(status) }, 0)
   end

@@ -97,6 +97,10 @@ then read from standard input without a prompt.]],
     arguments = { { name = "SHELL", type = "shell" } }, module = "rtray.completion", options = options.take("output"),
     text = "SHELL is bash, zsh or fish.", examples = { "rtray completion bash > /etc/bash_completion.d/rtray" },
   },
+  {
+    name = "manual", summary = "print the manual page", hidden = true, arguments = {}, module = "rtray.manual", options = options.take("output"),
+    text = "For man(1).", examples = { "rtray manual > rtray.1" },
+  },
   -- What commands run in processes of their own (child.lua).
   {
     name = "describe", summary = "print the hash of a scene's description", hidden = true, arguments = { SCENE }, module = "rtray.child",

@@ -7,9 +7,10 @@ local words = require "rt.words"
 
 local help = {}
 
-local STATUS = [[
-Exit status: 0 done; 1 the scene or a file is at fault; 2 the command line; 3 the machine (disk, memory);
-4 ran well and the answer is no (compare, verify).]]
+help.statuses = {
+  { 0, "done" }, { 1, "the scene or a file is at fault" }, { 2, "the command line" }, { 3, "the machine (disk, memory)" },
+  { 4, "ran well and the answer is no (compare, verify)" },
+}
 
 -- Lines of at most `width` columns, each after the first indented.
 local function wrap(text, width, indent)
@@ -40,7 +41,7 @@ function help.usage(command)
   return table.concat(parts, " ")
 end
 
-local function option_help(option)
+function help.of_option(option)
   local text = option.help
   if option.choices and option.type == "choice" and not text:find(option.choices[1], 1, true) then
     text = text .. ": " .. table.concat(option.choices, ", ")
@@ -59,7 +60,7 @@ function help.of(command)
   out[#out + 1] = "Options:"
   for _, option in ipairs(command.options) do
     local left = "  " .. table.concat(option.names, ", ") .. (option.value and " " .. option.value or "")
-    out[#out + 1] = left .. (" "):rep(math.max(1, 30 - #left)) .. wrap(option_help(option), 100, 30)
+    out[#out + 1] = left .. (" "):rep(math.max(1, 30 - #left)) .. wrap(help.of_option(option), 100, 30)
   end
   out[#out + 1] = ""
   out[#out + 1] = #command.examples > 1 and "Examples:" or "Example:"
@@ -78,7 +79,11 @@ function help.overview()
   end
   out[#out + 1] = ""
   out[#out + 1] = "`rtray help COMMAND` tells more; `rtray --version` prints the version."
-  out[#out + 1] = STATUS
+  local statuses = {}
+  for i, row in ipairs(help.statuses) do
+    statuses[i] = ("%d %s"):format(row[1], row[2])
+  end
+  out[#out + 1] = wrap("Exit status: " .. table.concat(statuses, "; ") .. ".", 100, 0)
   return table.concat(out, "\n") .. "\n"
 end
 

@@ -42,6 +42,20 @@ describe("help", function()
     assert.truthy(r.out:find "^rtray %d+%.%d+%.%d+\n$")
   end)
 
+  it("is a manual page too", function()
+    local text = rtray({ "manual" }).out
+    assert.truthy(text:find('^%.TH RTRAY 1 '))
+    for _, name in ipairs(COMMANDS) do
+      assert.truthy(text:find('.SS "rtray ' .. name, 1, true), name)
+    end
+    if support.shell("command -v groff").status == 0 then
+      local file = support.write(support.folder() .. "/rtray.1", text)
+      local r = support.shell("groff -man -ww -Tascii " .. support.quote(file))
+      assert.equal("", r.err)
+      assert.equal(0, r.status)
+    end
+  end)
+
   it("says when standard output is full", function()
     local r = rtray { "help", tail = "> /dev/full" }
     assert.equal(3, r.status)
