@@ -143,12 +143,23 @@ RTK_FN rtk_u32 rtk_vertex_seed(rtk_u32 seed, rtk_u32 pixel, rtk_key key)
     return rtk_hash2(rtk_hash2(rtk_hash2(seed, pixel), key.lo), key.hi);
 }
 
+/* The place of the index-th sample in the sequence that the dimensions of dim's group share. */
+RTK_FN rtk_u32 rtk_shuffled(rtk_u32 vertex_seed, rtk_u32 index, rtk_u32 dim)
+{
+    return rtk_reverse(rtk_owen_reversed(rtk_reverse(index), rtk_hash2(vertex_seed, dim >> 3)));
+}
+
+/* The number of dimension dim at that place. */
+RTK_FN rtk_u32 rtk_scrambled(rtk_u32 vertex_seed, rtk_u32 shuffled, rtk_u32 dim)
+{
+    rtk_u32 point = rtk_sobol(shuffled, rtk_umin(dim & 7u, 4u));
+    return rtk_reverse(rtk_owen_reversed(rtk_reverse(point), rtk_hash2(vertex_seed, dim + 0x10000u)));
+}
+
 /* The index-th number of a dimension (RTK_DIM_*) at a vertex: 32 random bits, of which the leading ones are stratified. */
 RTK_FN rtk_u32 rtk_random_bits(rtk_u32 vertex_seed, rtk_u32 index, rtk_u32 dim)
 {
-    rtk_u32 group = dim >> 3, place = rtk_umin(dim & 7u, 4u);
-    rtk_u32 shuffled = rtk_reverse(rtk_owen_reversed(rtk_reverse(index), rtk_hash2(vertex_seed, group)));
-    return rtk_reverse(rtk_owen_reversed(rtk_reverse(rtk_sobol(shuffled, place)), rtk_hash2(vertex_seed, dim + 0x10000u)));
+    return rtk_scrambled(vertex_seed, rtk_shuffled(vertex_seed, index, dim), dim);
 }
 
 RTK_FN float rtk_random(rtk_u32 vertex_seed, rtk_u32 index, rtk_u32 dim)
