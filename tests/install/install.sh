@@ -79,10 +79,12 @@ local rt = require "rt"
 return rt.scene { settings = { width = 16, height = 16, samples = 1 }, rt.sphere { center = {0, 0, 0}, radius = 1 } }
 LUA
 cd "$work"
+readelf -d "$prefix/bin/rtray" | grep -q 'NEEDED.*liblua' || fail "rtray does not use the shared liblua"
 quiet "$prefix/bin/rtray" render scene.lua -o program.png --quiet
 [ -s program.png ] || fail "the installed program wrote no picture"
 quiet "$prefix/bin/rtray" help
-for file in share/bash-completion/completions/rtray share/zsh/site-functions/_rtray share/fish/vendor_completions.d/rtray.fish; do
+for file in share/bash-completion/completions/rtray share/zsh/site-functions/_rtray share/fish/vendor_completions.d/rtray.fish \
+    share/man/man1/rtray.1; do
     [ -f "$prefix/$file" ] || fail "not installed: $file"
 done
 if command -v lua5.4 >/dev/null 2>&1; then
