@@ -23,5 +23,5 @@ return rt.scene {
   wall({1, 0, 1}, {1, 2, 1}, {1, 2, -1}, {1, 0, -1}, green),
   block({0.6, 1.2, 0.6}, 18, -0.35, -0.35),
   block({0.6, 0.6, 0.6}, -17, 0.36, 0.35),
-  rt.sphere_light { at = {0, 1.72, 0}, radius = 0.2, color = {1, 0.85, 0.6}, intensity = 18, falloff = "inverse_square" },
+  rt.sphere_light { at = {0, 1.72, 0}, radius = 0.2, color = {1, 0.85, 0.6}, intensity = 12, falloff = "inverse_square" },
 }

@@ -24,7 +24,7 @@ flake(rt.vec(0, 0, 0), 1, rt.vec(0, 1, 0), p.levels)
 
 return rt.scene {
   settings = { width = 1000, height = 700, samples = 8 },
-  camera = rt.camera { eye = {2.1, 1.7, 3.2}, look_at = {0, 0.05, 0}, fov = 42 },
+  camera = rt.camera { eye = {2.7, 2.1, 4.2}, look_at = {0, 0.05, 0}, fov = 42 },
   ambient = {0.12, 0.13, 0.16},
   background = {0.75, 0.8, 0.86}, background_top = {0.2, 0.35, 0.6},
   rt.point_light { at = {4, 6, 5}, color = {0.8, 0.78, 0.7} },
