@@ -55,6 +55,22 @@ local function no_params(r, what)
   end
 end
 
+-- Makes r the run of a script within `outer`: the command line reaches scripts that scripts load.
+local function enter(r, outer)
+  r.outer = outer
+  for name, value in pairs(outer and outer.settings or {}) do
+    if r.settings[name] == nil then
+      r.settings[name] = value
+    end
+  end
+  while outer do
+    if outer.path == r.path then
+      check.fail("%s loads itself", words.quote(r.path))
+    end
+    outer = outer.outer
+  end
+end
+
 -- rt.load(path, { ior = 1.7 }, { set = "draft", settings = { samples = 1 }, seed = 0 }): what the script returns, and the run: path, params (a list
 -- of { name, type, value, default, source, min, max, step, choices, help }) and sets. Parameters may be given as texts, as on a command line.
 -- Mesh files, old scene definitions and saved scenes give a scene.
@@ -66,12 +82,8 @@ function load.load(path, overrides, options)
     given.overrides[check.string(key, "rt.load", "a parameter's name")] = value
   end
   path = run.resolve(path)
-  local outer, r = run.current(), run.new(path, given)
-  for name, value in pairs(outer and outer.settings or {}) do -- the command line reaches scripts that scripts load
-    if r.settings[name] == nil then
-      r.settings[name] = value
-    end
-  end
+  local r = run.new(path, given)
+  enter(r, run.current())
   if given.seed then
     math.randomseed(given.seed)
   end

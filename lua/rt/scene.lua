@@ -10,11 +10,12 @@ local log = require "rt.log"
 local run = require "rt.run"
 local settings = require "rt.settings"
 local material = require "rt.material"
-local arrays = require "rt.arrays"
+local query = require "rt.query"
 
 local scene = {}
 local methods = {}
 local meta = { __name = "rt.scene", __index = methods }
+query.install(methods)
 
 local children = setmetatable({}, { __mode = "k" }) -- what instances place -> its scene: placed again, it is the same trees
 
@@ -371,60 +372,6 @@ function methods.memory(self, t)
   frame(self, values.width, values.height)
   commit(self, values)
   return core.render_memory(self.handle, values)
-end
-
--- ---- queries ----
-
-local function name_hit(self, hit)
-  if hit then
-    local object = hit.inst_id and self.instances[hit.inst_id] or not hit.inst_id and self.objects[hit.geom_id] or nil
-    hit.object, hit.name = object, object and object.name
-  end
-  return hit
-end
-
-local ray_fields = {
-  org = check.vec3, dir = check.direction, tmin = check.number { low = 0 },
-  tmax = function(value, who, key)
-    return value == math.huge and value or check.number { low = 0 }(value, who, key)
-  end,
-  mask = check.integer { low = 0, high = 0xffffffff },
-}
-
-local function ray_of(ray, who)
-  check.plain_table(ray, who, "{ org = {0, 0, 5}, dir = {0, 0, -1} } or a buffer of rays")
-  local checked = check.fields(ray, ray_fields, who)
-  check.required(checked, { "org", "dir" }, who)
-  return checked
-end
-
--- The closest hit of a ray { org, dir, tmin, tmax, mask } as a table, nil on a miss. A buffer of rays (f32, eight numbers a ray: org, tmin,
--- dir, tmax) gives a table of buffers t, u, v, prim_id, geom_id, inst_id, where a miss has prim_id 0xffffffff.
-function methods.intersect(self, ray)
-  self:commit()
-  if arrays.is_buffer(ray) then
-    return core.intersect_buffer(self.handle, ray)
-  end
-  return name_hit(self, core.intersect(self.handle, ray_of(ray, "scene:intersect")))
-end
-
--- All hits along a ray in their order, `most` (1024) at most.
-function methods.intersect_all(self, ray, most)
-  self:commit()
-  local hits = core.intersect_all(self.handle, ray_of(ray, "scene:intersect_all"), most)
-  for _, hit in ipairs(hits) do
-    name_hit(self, hit)
-  end
-  return hits
-end
-
--- Is anything in the way? A buffer of rays gives a buffer of u8, 1 or 0.
-function methods.occluded(self, ray)
-  self:commit()
-  if arrays.is_buffer(ray) then
-    return core.occluded_buffer(self.handle, ray)
-  end
-  return core.occluded(self.handle, ray_of(ray, "scene:occluded"))
 end
 
 -- ---- facts ----

@@ -108,6 +108,15 @@ describe("the module", function()
       return
     end
     assert.equal('{"a":1}', cjson.encode { a = 1 })
+    local program = os.getenv "RT_PROGRAM"
+    if program then -- which has the module inside and shares liblua
+      support.in_folder(function(folder)
+        support.write(folder .. "/s.lua", [[
+          local rt, cjson = require "rt", require "cjson"
+          return rt.scene { rt.sphere(cjson.decode '{"center": [0, 0, 0], "radius": 1}') }]])
+        assert.is_true(os.execute(("%s render %s/s.lua --size 4x4 -n 1 -o %s/s.png --quiet"):format(program, folder, folder)))
+      end)
+    end
   end)
 
   local function lua(code)
