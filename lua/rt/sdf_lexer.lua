@@ -8,7 +8,7 @@ lexer.__index = lexer
 
 local find, sub, byte, format = string.find, string.sub, string.byte, string.format
 local BLOCK, LONGEST_LINE = 65536, 1048576
-local NEWLINE, HASH, SLASH, COMMA, QUOTE, APOSTROPHE = 10, 35, 47, 44, 34, 39
+local NEWLINE, HASH, SLASH, COMMA, QUOTE, APOSTROPHE, LETTER = 10, 35, 47, 44, 34, 39, 65
 
 -- read(n): the next at most n bytes; nil at the end; nil and a reason when reading fails.
 function lexer.new(read, name)
@@ -99,9 +99,26 @@ local function quoted(self, quote)
   self.kind, self.text = "name", table.concat(parts)
 end
 
+-- A word, or a number: what Lua reads as one, but for hexadecimal.
+local function classify(self, text)
+  self.text, self.kind = text, "word"
+  if byte(text) < LETTER and not find(text, "[xX]") then
+    local value = tonumber(text)
+    if value then
+      self.kind, self.value = "number", value + 0.0
+    end
+  end
+end
+
 -- Moves to the next token: kind is "word", "number", "comma", "name" (was in quotes) or "end"; text is what stands in the file,
 -- value the number, at the line.
 function lexer:advance()
+  local _, plain_stop, plain = find(self.buffer, "^[ \t]*([%w+.-][^%s,]*)", self.pos)
+  if plain then -- most tokens, at one look
+    self.pos, self.at = plain_stop + 1, self.line
+    classify(self, plain)
+    return
+  end
   local c = skip(self)
   self.at = self.line
   if c == nil then
@@ -113,13 +130,8 @@ function lexer:advance()
   else
     local _, stop = find(self.buffer, "^[^%s,]+", self.pos)
     local text = sub(self.buffer, self.pos, stop)
-    self.pos, self.text, self.kind = stop + 1, text, "word"
-    if find(text, "^[+-]?[%d.]+$") or find(text, "^[+-]?[%d.]+[eE][+-]?%d+$") then
-      self.value = tonumber(text)
-      if self.value then
-        self.kind, self.value = "number", self.value + 0.0
-      end
-    end
+    self.pos = stop + 1
+    classify(self, text)
   end
 end
 

@@ -4,13 +4,19 @@ local scene = require "rt.sdf_scene"
 
 local script = {}
 
+local FORMATS = { [15] = "%.15g", [16] = "%.16g", [17] = "%.17g" }
+local POINT = ("%.1f"):format(0.5):match "0(.-)5" -- of the locale
+
 -- Shortest text that reads back as the same number, whatever the locale.
 local function number(x)
   if x == math.floor(x) and x > -1e15 and x < 1e15 then
     return x == 0 and 1 / x < 0 and "-0.0" or ("%d"):format(x)
   end
   for digits = 15, 17 do
-    local text = ("%." .. digits .. "g"):format(x):gsub("[^%d%-+eE]+", ".")
+    local text = FORMATS[digits]:format(x)
+    if POINT ~= "." then
+      text = text:gsub("[^%d%-+eE]+", ".")
+    end
     if tonumber(text) == x then
       return text
     end

@@ -28,14 +28,13 @@ function convert.run(command, values, arguments)
   if not values.output and not values.force and sys.stat(target) then
     error({ status = 1, message = ("%s is there already; --force replaces it, -o names another file"):format(types.quote(target)) }, 0)
   end
-  local parts = {}
-  script.convert(input, texture_path(input, target), function(text)
-    parts[#parts + 1] = text
-  end)
+  local paths = texture_path(input, target)
   if target == "-" then
-    output.write(table.concat(parts))
+    script.convert(input, paths, output.write)
   else
-    files.replace(target, table.concat(parts))
+    files.stream(target, function(write)
+      script.convert(input, paths, write)
+    end)
   end
   return 0
 end

@@ -48,12 +48,43 @@ function files.check_output(path)
   end
 end
 
-function files.replace(path, text)
-  files.check_output(path)
-  local ok, why = sys.replace(path, text)
+local function check(path, ok, why)
   if not ok then
-    error(("%s cannot be written: %s"):format(types.quote(path), why), 0)
+    error(("%s cannot be written: %s"):format(types.quote(path), tostring(why):gsub("^.*: ", "")), 0)
   end
+  return ok
+end
+
+-- Calls produce(write) and puts what it writes in the place of `path` when all of it is on disk; at any fault the old file stays. What is no
+-- regular file is written to directly.
+function files.stream(path, produce)
+  files.check_output(path)
+  local kind = sys.stat(path)
+  local direct = kind == "other"
+  local part = direct and path or ("%s.%d.part"):format(path, sys.process_id())
+  local file = check(path, io.open(part, "wb"))
+  local ok, raised = pcall(produce, function(text)
+    check(path, file:write(text))
+  end)
+  local closed, why = file:close()
+  if ok then
+    ok, raised = pcall(check, path, closed, why)
+  end
+  if ok and not direct then
+    ok, raised = pcall(check, path, sys.put_in_place(part, path))
+  end
+  if not ok then
+    if not direct then
+      os.remove(part)
+    end
+    error(raised, 0)
+  end
+end
+
+function files.replace(path, text)
+  files.stream(path, function(write)
+    write(text)
+  end)
 end
 
 -- Path of the folder `to` as seen from the folder `from`, both existing; "" when they are the same.

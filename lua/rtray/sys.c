@@ -124,33 +124,20 @@ static int write_text(lua_State *L)
     return 1;
 }
 
-/* replace(path, text): writes beside the file and renames when all is on disk. What is no regular file is written to directly. */
-static int replace(lua_State *L)
+/* put_in_place(part, path): the finished file `part` becomes `path` when it is on disk. */
+static int put_in_place(lua_State *L)
 {
-    const char *path = luaL_checkstring(L, 1);
-    size_t size;
-    const char *text = luaL_checklstring(L, 2, &size);
-    struct stat st;
-    int direct = stat(path, &st) == 0 && !S_ISREG(st.st_mode);
-    const char *target = direct ? path : lua_pushfstring(L, "%s.%d.part", path, (int)getpid());
-    int fd = open(target, direct ? O_WRONLY : O_WRONLY | O_CREAT | O_EXCL, 0666);
+    const char *part = luaL_checkstring(L, 1), *path = luaL_checkstring(L, 2);
+    int fd = open(part, O_RDONLY);
     if (fd < 0) {
         return fail(L, errno);
     }
-    int error = write_all(fd, text, size);
-    if (!error && !direct && fsync(fd) != 0) {
-        error = errno;
-    }
-    if (close(fd) != 0 && !error) {
-        error = errno;
-    }
-    if (!error && !direct && rename(target, path) != 0) {
+    int error = fsync(fd) != 0 ? errno : 0;
+    close(fd);
+    if (!error && rename(part, path) != 0) {
         error = errno;
     }
     if (error) {
-        if (!direct) {
-            unlink(target);
-        }
         return fail(L, error);
     }
     lua_pushboolean(L, 1);
@@ -158,6 +145,12 @@ static int replace(lua_State *L)
 }
 
 /* ---- processes ---- */
+
+static int process_id(lua_State *L)
+{
+    lua_pushinteger(L, (lua_Integer)getpid());
+    return 1;
+}
 
 /* Path of the running program. */
 static int program(lua_State *L)
@@ -254,19 +247,11 @@ static int failures(lua_State *L)
 
 int rtray_open_sys(lua_State *L)
 {
-    static const luaL_Reg functions[] = {{"is_terminal", is_terminal},
-                                         {"columns", columns},
-                                         {"now", now},
-                                         {"sleep", sleep_for},
-                                         {"stat", file_stat},
-                                         {"can_create", can_create},
-                                         {"real_path", real_path},
-                                         {"write", write_text},
-                                         {"replace", replace},
-                                         {"program", program},
-                                         {"run", run},
-                                         {"failures", failures},
-                                         {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"is_terminal", is_terminal}, {"columns", columns},  {"now", now},
+                                         {"sleep", sleep_for},         {"stat", file_stat},   {"can_create", can_create},
+                                         {"real_path", real_path},     {"write", write_text}, {"put_in_place", put_in_place},
+                                         {"process_id", process_id},   {"program", program},  {"run", run},
+                                         {"failures", failures},       {NULL, NULL}};
     luaL_newlib(L, functions);
     rtray_open_signals(L);
     return 1;

@@ -138,6 +138,17 @@ describe("convert", function()
     assert.truthy(rtray({ "convert", path, "-o", "-" }).out:find('texture = "t.jpg"', 1, true))
   end)
 
+  it("leaves the old file, and nothing else, at a fault late in the input", function()
+    local folder = support.folder()
+    local path = support.write(support.folder() .. "/a.sdf", "BEGIN_SCENE VIEWPOINT 0,0,5 END_SCENE "
+      .. ("SPHERE CENTER 0,0,0 RADIUS 1 "):rep(20000) .. "SPHERE")
+    support.write(folder .. "/a.lua", "old")
+    assert.equal(1, rtray({ "convert", path, "-o", folder .. "/a.lua" }).status)
+    assert.equal(1, rtray({ "convert", path, "-o", folder .. "/b.lua" }).status)
+    assert.equal("old", support.read(folder .. "/a.lua"))
+    assert.equal("a.lua\n", support.shell("ls " .. support.quote(folder)).out)
+  end)
+
   it("says when the disk is full", function()
     local path = support.source .. "/scenes/paper.sdf"
     assert.equal(3, rtray({ "convert", path, "-o", "/dev/full" }).status)
