@@ -169,7 +169,8 @@ static inline uint32_t bin_of(float x, float lo, float scale, float last)
     return (uint32_t)(int32_t)(f < last ? f : last);
 }
 
-static void fill_bins(const measure m[3], const rti_ref *refs, uint32_t count, bins *n)
+/* false: cancelled, the counts are not complete. */
+static bool fill_bins(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, bins *n)
 {
     n->count = count < 64 ? 16 : (count < 1024 ? 32 : MAX_BINS);
     n->last = (float)(n->count - 1);
@@ -178,11 +179,15 @@ static void fill_bins(const measure m[3], const rti_ref *refs, uint32_t count, b
         memset(n->hi[a], 0, n->count * sizeof(uint32_t));
         n->scale[a] = rtk_min((float)n->count / (m[a].hi - m[a].lo), 3.0e38f);
     }
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < count; i++) {
         for (int a = 0; a < 3; a++) {
             n->lo[a][bin_of(refs[i].lo[a], m[a].lo, n->scale[a], n->last)]++;
             n->hi[a][bin_of(refs[i].hi[a], m[a].lo, n->scale[a], n->last)]++;
         }
+        if (i % 65536 == 65535 && rti_cancelled(b->cancel))
+            return false;
+    }
+    return true;
 }
 
 /* What the counts alone say: a lower bound of every bin's cost, the cheapest edge between bins and the bin before it. */
@@ -267,7 +272,8 @@ static void split_binned(const rti_build *b, const measure m[3], const rti_ref *
     bins n;
     bounds s;
     bool wanted[3][MAX_BINS];
-    fill_bins(m, refs, count, &n);
+    if (!fill_bins(b, m, refs, count, &n))
+        return; /* a leaf, in a tree that nobody will see */
     bound_bins(m, &n, count, &s);
     choose_bins(b, &n, &s, best->cost, wanted);
     for (uint32_t a = 0; a < 3; a++) {

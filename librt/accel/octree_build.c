@@ -88,10 +88,16 @@ static bool choose(const rti_build *b, const rti_item *it, const rti_ref *refs, 
         masks[i] = (uint8_t)mask;
         for (unsigned c = 0; c < 8; c++)
             counts[c] += mask >> c & 1u;
+        if (i % 65536 == 65535 && rti_cancelled(b->cancel))
+            return false;
     }
-    for (int c = 0; c < 8; c++)
+    bool parts = false;
+    for (int c = 0; c < 8; c++) {
         sum += counts[c];
-    return sum <= it->budget;
+        parts |= counts[c] < it->count && counts[c] > 0;
+    }
+    /* Either something is parted from something, or all of it lies in one child. */
+    return sum <= it->budget && (parts || sum == it->count);
 }
 
 static void make_child(const rti_item *it, const rti_cell *cell, uint32_t count, uint64_t sum, rti_item *out)

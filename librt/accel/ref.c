@@ -158,7 +158,7 @@ static void root_task(void *data, uint32_t index)
     root_job *job = data;
     uint32_t begin = index * ROOT_CHUNK, end = begin + ROOT_CHUNK, kept = 0;
     end = end < job->b->prim_count ? end : job->b->prim_count;
-    for (uint32_t i = begin; i < end; i++)
+    for (uint32_t i = begin; i < end && !rti_cancelled(job->b->cancel); i++)
         if (rti_ref_root(job->b, i, &job->refs[begin + kept]))
             kept++;
     job->kept[index] = kept;

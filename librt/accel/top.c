@@ -171,7 +171,8 @@ rt_status rti_top_build(rt_context *ctx, const rti_build *b, const rti_method *m
     rti_free(ctx, refs, b->prim_count * sizeof *refs);
     if (status == RT_OK) {
         rti_parallel(ctx, (uint32_t)t.part_count, part_task, &t);
-        status = stitch(&t, start, chunk, size);
+        /* Whoever sees the wish to cancel stops where he stands, and what there is is no tree. */
+        status = rti_cancelled(b->cancel) ? RT_ERROR_CANCELLED : stitch(&t, start, chunk, size);
     }
     free_top(&t);
     return status;

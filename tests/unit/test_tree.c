@@ -254,6 +254,7 @@ static void test_binned_cost(void **state)
 typedef struct failing {
     long left; /* allocations until one fails; -1: none fails */
     long count;
+    rti_cancel *cancel; /* asked for at the allocation where none is left; it does not fail then */
 } failing;
 
 static void *failing_allocate(void *user, void *ptr, size_t old_size, size_t new_size)
@@ -265,7 +266,9 @@ static void *failing_allocate(void *user, void *ptr, size_t old_size, size_t new
         return NULL;
     }
     f->count++;
-    if (f->left == 0)
+    if (f->left == 0 && f->cancel)
+        atomic_store(&f->cancel->asked, true);
+    else if (f->left == 0)
         return NULL;
     if (f->left > 0)
         f->left--;
@@ -275,7 +278,7 @@ static void *failing_allocate(void *user, void *ptr, size_t old_size, size_t new
 static void test_allocation_failure(void **state)
 {
     test_mesh m = {0};
-    failing f = {-1, 0};
+    failing f = {-1, 0, NULL};
     rt_context_desc d = rt_context_desc_default();
     rt_context *ctx;
     (void)state;
@@ -310,24 +313,51 @@ static void test_allocation_failure(void **state)
     test_mesh_free(&m);
 }
 
+/* Cancelled before the build, and at every allocation of it. */
 static void test_cancel(void **state)
 {
-    rt_context *ctx = context(1);
     test_mesh m = {0};
     rti_cancel cancel;
-    void *chunk;
-    size_t size;
-    uint64_t before, after;
+    failing f = {-1, 0, &cancel};
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
     (void)state;
-    soup(&m, 1000, 0.1f);
+    soup(&m, 3000, 0.1f);
     rti_build_input in = test_input(&m);
-    atomic_init(&cancel.asked, true);
-    rt_context_memory(ctx, &before, NULL);
-    assert_int_equal(rti_tree_build(ctx, &in, NULL, &cancel, &chunk, &size), RT_ERROR_CANCELLED);
-    rt_context_memory(ctx, &after, NULL);
-    assert_int_equal(before, after);
-    test_mesh_free(&m);
+    d.workers = 1;
+    d.allocate = failing_allocate;
+    d.allocate_user = &f;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    for (int b = 0; b < 3; b++) {
+        rti_build_settings s = {.builder = builders[b]};
+        long cancelled = 0;
+        for (long n = 0;; n++) {
+            uint64_t before, after;
+            void *chunk;
+            size_t size;
+            atomic_init(&cancel.asked, n == 0);
+            rt_context_memory(ctx, &before, NULL);
+            f.left = n;
+            rt_status status = rti_tree_build(ctx, &in, &s, &cancel, &chunk, &size);
+            bool asked = atomic_load(&cancel.asked);
+            f.left = -1;
+            if (status == RT_OK) {
+                assert_true(rti_tree_valid(chunk, size, m.count));
+                rti_free(ctx, chunk, size);
+            } else {
+                assert_int_equal(status, RT_ERROR_CANCELLED);
+                assert_null(chunk);
+                cancelled++;
+            }
+            rt_context_memory(ctx, &after, NULL);
+            assert_int_equal(before, after);
+            if (!asked)
+                break;
+        }
+        assert_true(cancelled > 10);
+    }
     rt_context_destroy(ctx);
+    test_mesh_free(&m);
 }
 
 /* Rays through a tree that the check let pass: nothing may be read outside it (address sanitizer). */

@@ -325,6 +325,87 @@ static void test_shapes(void **state)
     rt_context_destroy(ctx);
 }
 
+/* The map of material 1 takes hits away, and only the map does. */
+static void sees_through(test_world *w, rtk_material *materials)
+{
+    static batch b;
+    test_targets t;
+    test_rng rng = {34};
+    rti_scratch scratch = {0};
+    uint32_t farther = 0;
+    test_targets_init(&t, w);
+    fill(&b, &t, &rng);
+    test_targets_free(&t);
+    rti_tracer_find("kdtree")->intersect(&w->scene, b.rays, b.hits, BATCH, 0, &scratch);
+    materials[1].alpha_tex = RTK_INVALID;
+    rti_tracer_find("kdtree")->intersect(&w->scene, b.rays, b.other, BATCH, 0, &scratch);
+    for (uint32_t i = 0; i < BATCH; i++) {
+        assert_true(b.hits[i / RTK_BLOCK].t[i % RTK_BLOCK] >= b.other[i / RTK_BLOCK].t[i % RTK_BLOCK]);
+        farther += b.hits[i / RTK_BLOCK].t[i % RTK_BLOCK] > b.other[i / RTK_BLOCK].t[i % RTK_BLOCK];
+    }
+    assert_in_range(farther, BATCH / 20, BATCH);
+}
+
+/* Cut-outs by a checkered alpha map over triangles (their weights are its coordinates), shapes and a plane, in a group and in
+ * instances. */
+static void test_alpha(void **state)
+{
+    struct {
+        rtk_texture_header head;
+        uint8_t texels[64][4];
+    } map;
+    rt_context *ctx = context();
+    test_world w;
+    rtk_shape shapes[60];
+    test_mesh m = {0};
+    rtk_material materials[2];
+    rtk_texture texture = {&map.head};
+    test_rng r = {31};
+    float to_world[12];
+    (void)state;
+    memset(&map, 0, sizeof map);
+    map.head.width = map.head.height = 8;
+    map.head.level_count = 1;
+    map.head.flags = RTK_TEX_ALPHA;
+    map.head.off_level[0] = sizeof map.head;
+    for (int i = 0; i < 64; i++)
+        map.texels[i][3] = (i / 8 + i) % 2 ? 255 : 0;
+    memset(materials, 0, sizeof materials);
+    materials[0].alpha_tex = RTK_INVALID;
+    materials[1].alpha_tex = 0;
+    materials[1].alpha_cut = 0.5f;
+    test_world_init(&w, ctx);
+    soup(&m, 200, 0.5f, 32);
+    uint32_t child = test_world_group(&w);
+    for (uint32_t group = 0; group <= child; group++) {
+        test_world_mesh(&w, group, &m, 0xffffffffu);
+        test_world_shapes(&w, group, shapes, all_shapes(shapes, 60, 33 + group), 0xffffffffu);
+        for (uint32_t k = 0; k < w.parts[group].geom_count; k++) {
+            w.parts[group].geoms[k].flags = RTK_GEOM_ALPHA;
+            w.parts[group].geoms[k].material = 1;
+        }
+    }
+    test_world_plane(&w, 0, (const float[3]){0, -0.3f, 0}, (const float[3]){0, 1, 0}, 0xffffffffu);
+    w.parts[0].geoms[2].flags = RTK_GEOM_ALPHA;
+    w.parts[0].geoms[2].material = 1;
+    w.parts[0].geoms[2].t_dir[0] = 1.0f;
+    for (int i = 0; i < 6; i++) {
+        random_map(&r, 2.0f, 0.5f, to_world);
+        test_world_instance(&w, child, to_world, 0xffffffffu);
+        w.instances[i].material = i == 0 ? 0 : RTK_INVALID; /* the first has the material without a map */
+    }
+    w.scene.materials = materials;
+    w.scene.material_count = 2;
+    w.scene.textures = &texture;
+    w.scene.texture_count = 1;
+    assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+    sweep(&w, rti_tracer_find("brute"), ray_count(), "cut-outs");
+    sees_through(&w, materials);
+    test_world_free(&w);
+    test_mesh_free(&m);
+    rt_context_destroy(ctx);
+}
+
 static void sweep_instances(float spread, float scale, const char *what)
 {
     rt_context *ctx = context();
@@ -430,6 +511,7 @@ int main(void)
         cmocka_unit_test(test_nothing), cmocka_unit_test(test_soup),      cmocka_unit_test(test_slivers),
         cmocka_unit_test(test_lattice), cmocka_unit_test(test_nested),    cmocka_unit_test(test_scaled_and_moved),
         cmocka_unit_test(test_shapes),  cmocka_unit_test(test_instances), cmocka_unit_test(test_meshes),
+        cmocka_unit_test(test_alpha),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
