@@ -22,26 +22,41 @@ static void widen(const rti_pixels *p, uint32_t y, float *to)
     }
 }
 
+/* An image of the pixels, which are freed. */
+static rt_status take(rt_context *ctx, rti_pixels *pixels, rt_image **image)
+{
+    rt_status status = rt_image_create(ctx, pixels->width, pixels->height, image);
+    if (!status) {
+        (*image)->eight_bit = !pixels->is_float;
+        for (uint32_t y = 0; y < pixels->height; y++)
+            widen(pixels, y, rti_image_row(*image, y));
+    }
+    rti_free(ctx, pixels->data, pixels->size);
+    return status;
+}
+
 rt_status rt_image_load(rt_context *context, const char *path, rt_image **image)
 {
     rti_pixels pixels;
+    if (!image)
+        return rti_fail(context, RT_ERROR_ARGUMENT, "rt_image_load: image is NULL; it receives the image");
     *image = NULL;
+    if (!path)
+        return rti_fail(context, RT_ERROR_ARGUMENT, "rt_image_load: path is NULL; give the name of an image file");
+    rti_fpenv env = rti_fp_enter();
     rt_status status = rti_image_read(context, path, &pixels);
-    if (status)
-        return status;
-    status = rt_image_create(context, pixels.width, pixels.height, image);
-    if (!status) {
-        (*image)->eight_bit = !pixels.is_float;
-        for (uint32_t y = 0; y < pixels.height; y++)
-            widen(&pixels, y, rti_image_row(*image, y));
-    }
-    rti_free(context, pixels.data, pixels.size);
+    if (!status)
+        status = take(context, &pixels, image);
+    rti_fp_leave(env);
     return status;
 }
 
 rt_status rt_image_save(const rt_image *image, const char *path, const rt_save_desc *desc)
 {
     rti_row_writer *writer;
+    if (!path)
+        return rti_fail(image->ctx, RT_ERROR_ARGUMENT,
+                        "rt_image_save: path is NULL; give a file's name, or \"-\" for standard output");
     rt_status status =
         rti_rows_open(image->ctx, path, image->width, image->height, desc, image->texts, image->text_count, &writer);
     if (status)

@@ -203,10 +203,12 @@ rt_status rti_rows_open_as(rt_context *ctx, const rti_save_format *format, const
                            .quality = d.quality,
                            .texts = texts,
                            .text_count = d.no_text ? 0 : text_count};
+    rti_fpenv env = rti_fp_enter();
     w->scale = (float)power_of_two(d.exposure);
     w->tone = d.tone;
     if (w->saver.bits == 8)
         rti_srgb_encoder_init(&w->encoder);
+    rti_fp_leave(env);
     status = start(w, path);
     if (status) {
         if (w->saver.out)
@@ -236,11 +238,13 @@ rt_status rti_rows_write(rti_row_writer *w, const float *rgba, uint32_t row_coun
     if (!w->status && row_count > s->height - w->rows_done)
         w->status = rti_fail(s->ctx, RT_ERROR_STATE, "%s: %u rows more than the image's %u were written", s->name,
                              (unsigned)(row_count - (s->height - w->rows_done)), (unsigned)s->height);
+    rti_fpenv env = rti_fp_enter();
     for (uint32_t y = 0; y < row_count && !w->status; y++) {
         fill_row(w, rgba + (size_t)y * s->width * 4);
         w->status = s->format->row(s, w->row);
         w->rows_done++;
     }
+    rti_fp_leave(env);
     return w->status;
 }
 

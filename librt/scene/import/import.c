@@ -198,11 +198,12 @@ rt_status rt_scene_import(rt_scene *scene, const char *path, const rt_import_des
     if (!status && desc)
         status = rti_desc_take(ctx, "rt_scene_import", desc, &d, sizeof d);
     if (!status && !path)
-        status = rti_fail(ctx, RT_ERROR_ARGUMENT, "rt_scene_import: path is NULL");
+        status = rti_fail(ctx, RT_ERROR_ARGUMENT, "rt_scene_import: path is NULL; give the name of a PLY, OBJ or STL file");
     if (!status)
         status = check(ctx, &d);
     if (status)
         return status;
+    rti_fpenv env = rti_fp_enter();
     rti_model_init(&model, ctx, path);
     status = prepare(&model, path, &d);
     if (!status) {
@@ -213,6 +214,7 @@ rt_status rt_scene_import(rt_scene *scene, const char *path, const rt_import_des
     }
     got.warnings = model.warnings;
     rti_model_fini(&model);
+    rti_fp_leave(env);
     if (!status && result)
         *result = got;
     return status;
