@@ -29,7 +29,7 @@ function bands.render(opened, target, values)
       return sys.interrupted() ~= nil
     end,
   })
-  shown:clear()
+  output.clear_line()
   if not whole then
     output.note("rtray render: interrupted at %d%%; an image in bands is written whole or not at all: %s is as it was", math.floor(at * 100),
       target.path)

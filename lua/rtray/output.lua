@@ -24,8 +24,25 @@ function output.print(...)
   output.write(string.format(...) .. "\n")
 end
 
--- Remarks and progress: a closed standard error is no reason to stop.
+local line_shown = false -- a line of progress without its end stands on the terminal
+
+-- Takes the line of progress away.
+function output.clear_line()
+  if line_shown then
+    line_shown = false
+    sys.write(2, "\r\27[K")
+  end
+end
+
+-- Puts `text` in the place of the line of progress.
+function output.line(text)
+  line_shown = true
+  sys.write(2, "\r" .. text .. "\27[K")
+end
+
+-- Remarks: a closed standard error is no reason to stop.
 function output.note(...)
+  output.clear_line()
   sys.write(2, string.format(...) .. "\n")
 end
 

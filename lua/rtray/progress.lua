@@ -80,16 +80,7 @@ function progress:update(done, rays)
   elseif self.kind == "file" then
     output.note("%s", plain_line(self, done, rays, now))
   else
-    self.shown = true
-    sys.write(2, "\r" .. terminal_line(self, done, rays, now) .. "\27[K")
-  end
-end
-
--- Takes the line away before something else is written.
-function progress:clear()
-  if self.shown then
-    sys.write(2, "\r\27[K")
-    self.shown = false
+    output.line(terminal_line(self, done, rays, now))
   end
 end
 

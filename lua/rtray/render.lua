@@ -60,7 +60,7 @@ local function attend(job, values, shown, stale)
   while true do
     local state, done = job:wait(0.1)
     if state ~= "running" then
-      shown:clear()
+      output.clear_line()
       return state, done
     end
     shown:update(done, rays_of(job))

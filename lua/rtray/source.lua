@@ -4,6 +4,7 @@ local sys = require "rtray.sys"
 local cli = require "rtray.cli"
 local types = require "rtray.types"
 local options = require "rtray.options"
+local output = require "rtray.output"
 
 local source = {}
 
@@ -53,6 +54,11 @@ function source.open(path, values, command, more)
     error({ status = 1, message = ("%s cannot be read: %s"):format(types.quote(path), kind and "it is a folder" or why) }, 0)
   end
   local rt = require "rt"
+  rt.on_log(function(level, message)
+    if level == "error" or level == "warning" then
+      output.note("rtray: %s: %s", level, message)
+    end
+  end)
   local settings = source.settings(values)
   for name, value in pairs(more or {}) do
     settings[name] = value

@@ -142,6 +142,15 @@ end_header
     assert.equal(2, rtray({ "render", path, "-D", "x=1" }).status)
   end)
 
+  it("tells what it passes over", function()
+    local folder = support.folder()
+    support.write(folder .. "/t.mtl", "newmtl m\nmap_Kd gone.png\n")
+    local path = support.write(folder .. "/t.obj", "mtllib t.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n")
+    local r = rtray { "render", path, "-q", "--size", "8x8", "-n", "1", "-o", folder .. "/x.png" }
+    assert.equal(0, r.status, r.err)
+    assert.truthy(r.err:find "^rtray: warning: [^\n]*gone%.png", r.err)
+  end)
+
   it("that is cut is refused", function()
     local folder = support.folder()
     local path = support.write(folder .. "/cube.ply", CUBE:sub(1, -20))
