@@ -15,7 +15,7 @@
 
 #define RTK_NAN        rtk_float(0x7fc00000u)
 #define RTK_HALF_PI    1.57079637f
-#define RTK_HALF_PI_LO -4.37113883e-08f
+#define RTK_HALF_PI_LO (-4.37113883e-08f)
 
 /* ---- sine, cosine, tangent ------------------------------------------------------------------------------------------ */
 
@@ -34,7 +34,7 @@ RTK_COLD float rtk_reduce_far(float x, rtk_u32 *quadrant)
     float r, top;
     /* x = m 2^(e - 150). The window's first bit has weight 2^1 after the multiplication: bit e - 152 after the point (from 0). */
     at = (rtk_u32)(e - 152 + 64);
-    word = at >> 5;
+    word = rtk_umin(at >> 5, 5u); /* 1 ... 5 for the |x| > 0.7 that come here */
     shift = at & 31u;
     hi = ((rtk_u64)rtk_two_over_pi[word] << 32) | rtk_two_over_pi[word + 1u];
     low = rtk_two_over_pi[word + 2u];

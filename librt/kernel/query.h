@@ -98,16 +98,37 @@ RTK_COLD int rtk_query_shape(rtk_query *q, rtk_u32 mode, const rtk_pray *r, RT_G
     float roots[4];
     int i, n = rtk_shape_roots(r, shape, roots);
     for (i = 0; i < n; i++) {
-        float t = q->outer + roots[i], u, v;
+        float t = q->outer + roots[i], u = 0.0f, v = 0.0f;
+        rtk_vec3 p;
         if (!(t > q->ray.tmin && t < q->ray.tmax) || !rtk_query_wants(q, mode, t, shape->geom, shape->prim))
             continue;
-        rtk_shape_uv(r, shape, roots[i], &u, &v);
-        if (!rtk_query_sees(q, shape->geom, shape->prim, rtk_madd(r->org, roots[i] - r->tshift, r->dir), u, v))
+        p = rtk_madd(r->org, roots[i] - r->tshift, r->dir);
+        if (q->group->geoms[shape->geom].flags & RTK_GEOM_ALPHA)
+            rtk_shape_uv(shape, p, &u, &v);
+        if (!rtk_query_sees(q, shape->geom, shape->prim, p, u, v))
             continue;
         rtk_query_take(q, t, u, v, shape->geom, shape->prim);
         return (mode & RTK_MODE_ANY) != 0u; /* roots ascend: the next is farther */
     }
     return 0;
+}
+
+/* What an answer still lacks: the surface parameters of a shape, which candidates do not need. They are those of the ray as given,
+ * in the shape's space. */
+RTK_FN void rtk_query_finish(rtk_query *q)
+{
+    rtk_hit *h = &q->best;
+    rtk_u32 placed = h->inst != RTK_INVALID;
+    RT_GLOBAL const rtk_instance *inst = &q->scene->instances[placed ? h->inst : 0u];
+    RT_GLOBAL const rtk_group *group = &q->scene->groups[placed ? inst->group : 0u];
+    rtk_ray ray = q->ray;
+    if (h->prim == RTK_INVALID || group->geoms[h->geom].type != RTK_GEOM_SHAPES)
+        return;
+    if (placed) {
+        ray.org = rtk_xfm_point(inst->to_object, ray.org);
+        ray.dir = rtk_xfm_dir(inst->to_object, ray.dir);
+    }
+    rtk_shape_uv(&group->shapes[group->geoms[h->geom].first + h->prim], rtk_madd(ray.org, h->t, ray.dir), &h->u, &h->v);
 }
 
 RTK_FN int rtk_query_prim(rtk_query *q, rtk_u32 mode, const rtk_pray *r, rtk_u32 ref)

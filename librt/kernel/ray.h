@@ -52,6 +52,12 @@ typedef struct rtk_pray {
     rtk_u32 mask;
 } rtk_pray;
 
+/* The point at t, each coordinate rounded once. */
+RTK_FN rtk_vec3 rtk_ray_at(rtk_ray r, float t)
+{
+    return rtk_v3(rtk_ff_along(r.org.x, t, r.dir.x), rtk_ff_along(r.org.y, t, r.dir.y), rtk_ff_along(r.org.z, t, r.dir.z));
+}
+
 RTK_FN rtk_hit rtk_hit_none(float tmax)
 {
     rtk_hit h;

@@ -58,13 +58,19 @@ RTK_FN float rtk_turn(float y, float x)
     return a < 1.0f ? a : 0.0f;
 }
 
+/* Longitude and latitude of q, a vector from the centre. */
+RTK_FN void rtk_sphere_uv(rtk_vec3 q, float *u, float *v)
+{
+    *u = rtk_turn(-q.z, q.x);
+    *v = rtk_clamp(0.5f + rtk_asin(q.y / rtk_len(q)) * (1.0f / RTK_PI), 0.0f, 1.0f);
+}
+
 RTK_FN void rtk_sphere_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk_shape_point *out)
 {
     rtk_vec3 c = rtk_at(s->p), n = rtk_unit(rtk_sub(point, c));
     out->ng = n;
     out->p = rtk_madd(c, s->p[3], n);
-    out->u = rtk_turn(-n.z, n.x);
-    out->v = rtk_clamp(0.5f + rtk_asin(n.y) * (1.0f / RTK_PI), 0.0f, 1.0f);
+    rtk_sphere_uv(n, &out->u, &out->v);
     out->dpdu = n.x == 0.0f && n.z == 0.0f ? rtk_v3(1.0f, 0.0f, 0.0f) : rtk_unit(rtk_v3(n.z, 0.0f, -n.x));
 }
 

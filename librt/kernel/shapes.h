@@ -61,11 +61,15 @@ RTK_FN int rtk_shape_roots(const rtk_pray *r, RT_GLOBAL const rtk_shape *s, floa
     return kept;
 }
 
-/* Surface parameters at a root t (caller's units). */
-RTK_FN void rtk_shape_uv(const rtk_pray *r, RT_GLOBAL const rtk_shape *s, float t, float *u, float *v)
+/* Surface parameters at a point of the surface. */
+RTK_FN void rtk_shape_uv(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, float *u, float *v)
 {
     rtk_shape_point p;
-    rtk_shape_surface(s, rtk_madd(r->org, t - r->tshift, r->dir), &p);
+    if (s->type == RTK_SHAPE_SPHERE) {
+        rtk_sphere_uv(rtk_sub(point, rtk_at(s->p)), u, v);
+        return;
+    }
+    rtk_shape_surface(s, point, &p);
     *u = p.u;
     *v = p.v;
 }
@@ -77,7 +81,7 @@ RTK_FN int rtk_shape_intersect(const rtk_pray *r, RT_GLOBAL const rtk_shape *s, 
     if (rtk_shape_roots(r, s, roots) == 0)
         return 0;
     *t = roots[0];
-    rtk_shape_uv(r, s, *t, u, v);
+    rtk_shape_uv(s, rtk_madd(r->org, *t - r->tshift, r->dir), u, v);
     return 1;
 }
 

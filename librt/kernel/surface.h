@@ -118,8 +118,7 @@ RTK_FN void rtk_surface_shape(RT_GLOBAL const rtk_group *group, RT_GLOBAL const 
                               rtk_surface *s)
 {
     RT_GLOBAL const rtk_shape *shape = &group->shapes[geom->first + hit.prim];
-    rtk_vec3 p = rtk_v3(rtk_ff_along(ray.org.x, hit.t, ray.dir.x), rtk_ff_along(ray.org.y, hit.t, ray.dir.y),
-                        rtk_ff_along(ray.org.z, hit.t, ray.dir.z));
+    rtk_vec3 p = rtk_ray_at(ray, hit.t);
     rtk_shape_point at;
     rtk_shape_surface(shape, p, &at);
     s->p = at.p;
@@ -150,8 +149,7 @@ RTK_FN void rtk_surface_plane(RT_GLOBAL const rtk_group *group, RT_GLOBAL const 
 {
     RT_GLOBAL const rtk_shape *plane = &group->planes[geom->first];
     rtk_vec3 q = rtk_at(plane->p), n = rtk_at(plane->p + 4), x = rtk_at(geom->t_dir), d;
-    rtk_vec3 p = rtk_v3(rtk_ff_along(ray.org.x, hit.t, ray.dir.x), rtk_ff_along(ray.org.y, hit.t, ray.dir.y),
-                        rtk_ff_along(ray.org.z, hit.t, ray.dir.z));
+    rtk_vec3 p = rtk_ray_at(ray, hit.t);
     p = rtk_madd(p, -rtk_plane_distance(p, q, n) / rtk_dot3(n, n), n);
     d = rtk_sub(p, q);
     s->p = p;

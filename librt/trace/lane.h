@@ -31,10 +31,11 @@ static inline void rti_lane_after(rtk_query *q, const rtk_hit_block *hits, uint3
     q->after.prim = h->prim[lane];
 }
 
-static inline void rti_lane_hit(const rtk_query *q, rtk_hit_block *hits, uint32_t i)
+static inline void rti_lane_hit(rtk_query *q, rtk_hit_block *hits, uint32_t i)
 {
     rtk_hit_block *h = &hits[i / RTK_BLOCK];
     uint32_t lane = i % RTK_BLOCK;
+    rtk_query_finish(q);
     h->t[lane] = q->best.t;
     h->u[lane] = q->best.u;
     h->v[lane] = q->best.v;
