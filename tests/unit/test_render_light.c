@@ -507,6 +507,133 @@ static void test_filters(void **state)
     rt_image_destroy(image);
 }
 
+/* A map of 4 x 2 texels, one colour each, seen along the axes: the middle is -z, right of it +x, the upper row is +y. */
+static void test_background_map(void **state)
+{
+    static const float texels[8][3] = {{0.1f, 0, 0}, {0.2f, 0, 0}, {0.3f, 0, 0}, {0.4f, 0, 0},
+                                       {0.5f, 0, 0}, {0.6f, 0, 0}, {0.7f, 0, 0}, {0.8f, 0, 0}};
+    static const struct {
+        rt_vec3 to;
+        float want;
+    } looks[] = {{{0.1f, 1, -1}, 0.3f},  {{-0.1f, 1, -1}, 0.2f}, {{0.1f, -1, -1}, 0.7f}, {{1, 1, 0.1f}, 0.4f},
+                 {{1, -1, -0.1f}, 0.7f}, {{-1, 1, 0.1f}, 0.1f},  {{-0.1f, -1, 1}, 0.5f}, {{0.1f, -1, 1}, 0.8f}};
+    rt_render_desc d = settings(1, 1, 1, "whitted");
+    rt_texture_desc t = rt_texture_desc_default();
+    rt_world_desc w = rt_world_desc_default();
+    (void)state;
+    t.width = 4;
+    t.height = 2;
+    t.pixels = texels;
+    t.format = RT_PIXEL_RGB32F;
+    t.nearest = 1;
+    OK(rt_scene_add_texture(scene, &t, &w.background_texture));
+    OK(rt_scene_set_world(scene, &w));
+    for (size_t i = 0; i < sizeof looks / sizeof *looks; i++) {
+        rt_image *image;
+        look_parallel(scene, v3(0, 0, 0), looks[i].to, v3(0, 1, 0.01f), 1);
+        image = commit_and_render(&d);
+        near_to(pixel(image, 0, 0)[0], looks[i].want, 1e-6);
+        rt_image_destroy(image);
+    }
+}
+
+/* Bodies are seen by the kinds of rays that their mask names. */
+static float floor_under(uint32_t mask, float *seen)
+{
+    rt_render_desc d = settings(1, 1, 1, "whitted");
+    rt_scene *s;
+    rt_sphere_desc ball = rt_sphere_desc_default();
+    rt_image *image;
+    float lit;
+    OK(rt_scene_create(ctx, &s));
+    add_plane(s, v3(0, 0, 0), v3(0, 1, 0), add_material(s, v3(1, 1, 1), 0.5f, 0.5f, 0, 0));
+    ball.center = v3(0, 3, 0);
+    ball.radius = 1;
+    ball.common.mask = mask;
+    ball.common.material = add_material(s, v3(0, 0, 0), 1, 0, 0, 0); /* black: it shows as nothing of the sky */
+    OK(rt_scene_add_sphere(s, &ball, NULL));
+    add_light(s, light(RT_LIGHT_DIRECTIONAL, v3(0, -1, 0), v3(1, 1, 1), RT_FALLOFF_NONE));
+    set_world(s, v3(0.25f, 0.25f, 0.25f), v3(0.25f, 0.25f, 0.25f));
+    look_parallel(s, v3(0, 0.5f, 0), v3(0, 0, 0), v3(0, 0, -1), 0.01f);
+    OK(rt_scene_commit(s, NULL));
+    image = render(s, &d);
+    lit = pixel(image, 0, 0)[0];
+    rt_image_destroy(image);
+    look_parallel(s, v3(0, 3, 5), v3(0, 3, 0), v3(0, 1, 0), 0.01f);
+    OK(rt_scene_commit(s, NULL));
+    image = render(s, &d);
+    *seen = pixel(image, 0, 0)[3];
+    rt_image_destroy(image);
+    rt_scene_destroy(s);
+    return lit;
+}
+
+static void test_masks(void **state)
+{
+    float seen;
+    (void)state;
+    near_to(floor_under(RT_MASK_ALL, &seen), 0, 1e-6);
+    near_to(seen, 1, 0);
+    near_to(floor_under(RT_MASK_ALL & ~(uint32_t)RT_MASK_SHADOW, &seen), 0.5, 1e-6);
+    near_to(floor_under(RT_MASK_ALL & ~(uint32_t)RT_MASK_REFLECTION, &seen), 0.125, 1e-6);
+    near_to(seen, 1, 0);
+    near_to(floor_under(RT_MASK_ALL & ~(uint32_t)RT_MASK_CAMERA, &seen), 0, 1e-6);
+    near_to(seen, 0, 0);
+}
+
+/* The body of a light is seen as its radiance, directly and in a mirror, and throws no shadow of another light's making. */
+static void test_visible_light(void **state)
+{
+    rt_render_desc d = settings(1, 1, 1, "whitted");
+    rt_light_desc l = light(RT_LIGHT_SPHERE, v3(0, 3, 0), v3(7, 6, 5), RT_FALLOFF_INVERSE_SQUARE);
+    rt_image *image;
+    (void)state;
+    l.radius = 1;
+    l.visible = 1;
+    add_light(scene, l);
+    add_plane(scene, v3(0, 0, 0), v3(0, 1, 0), add_material(scene, v3(0, 0, 0), 0, 0.5f, 0, 0));
+    look(scene, v3(0, 3, 9), v3(0, 3, 0), 1);
+    for (int i = 0; i < 2; i++) {
+        d.integrator = i ? "path" : "whitted";
+        image = commit_and_render(&d);
+        near_to(pixel(image, 0, 0)[0], 7, 0);
+        near_to(pixel(image, 0, 0)[2], 5, 0);
+        rt_image_destroy(image);
+    }
+    d.integrator = "whitted";
+    look(scene, v3(0, 3, 6), v3(0, 0, 3), 1);
+    image = commit_and_render(&d);
+    near_to(pixel(image, 0, 0)[1], 3, 1e-6);
+    rt_image_destroy(image);
+}
+
+/* Emissive meshes light others in `path` by being met: under a ceiling of radiance L that fills the sky, a surface of albedo a
+ * shows a L. */
+static void test_emissive_mesh(void **state)
+{
+    static const float p[] = {-1e4f, 1, -1e4f, 1e4f, 1, -1e4f, 1e4f, 1, 1e4f, -1e4f, 1, 1e4f};
+    static const uint32_t index[] = {0, 1, 2, 0, 2, 3};
+    rt_render_desc d = settings(4, 4, 64, "path");
+    rt_material_desc m = rt_material_desc_default();
+    rt_mesh_desc ceiling = rt_mesh_desc_default();
+    rt_image *image;
+    (void)state;
+    m.type = RT_MATERIAL_EMISSIVE;
+    m.emission = v3(2, 3, 4);
+    OK(rt_scene_add_material(scene, &m, &ceiling.common.material));
+    ceiling.positions = p;
+    ceiling.indices = index;
+    ceiling.vertex_count = 4;
+    ceiling.triangle_count = 2;
+    OK(rt_scene_add_mesh(scene, &ceiling, NULL));
+    add_plane(scene, v3(0, 0, 0), v3(0, 1, 0), add_material(scene, v3(0.5f, 0.5f, 0.5f), 1, 0, 0, 0));
+    look_parallel(scene, v3(0, 0.5f, 0), v3(0, 0, 0), v3(0, 0, -1), 0.01f);
+    image = commit_and_render(&d);
+    near_to(pixel(image, 1, 1)[0], 1, 1e-3);
+    near_to(pixel(image, 2, 1)[2], 2, 2e-3);
+    rt_image_destroy(image);
+}
+
 #define T(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 int main(void)
 {
@@ -536,6 +663,10 @@ int main(void)
         T(test_debug_views),
         T(test_ten_thousand_lights),
         T(test_filters),
+        T(test_background_map),
+        T(test_masks),
+        T(test_visible_light),
+        T(test_emissive_mesh),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
