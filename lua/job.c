@@ -103,6 +103,9 @@ rt_render_desc rtl_render_fields(lua_State *L, int t)
 static int copy_tile(void *user, const rt_tile *tile, const rt_image *image)
 {
     handle *h = user;
+    if (!image) { /* the job has ended and its image was taken */
+        return 0;
+    }
     uint32_t width = rt_image_width(image);
     const float *from = rt_image_pixels_const(image);
     float *to = rt_image_pixels(h->preview);
