@@ -76,6 +76,15 @@ RTK_FN rtk_light_sample rtk_light_toward(RT_GLOBAL const rtk_light *l, rtk_vec3 
     return s;
 }
 
+/* No part of the light is above the plane through p with unit normal n. */
+RTK_FN int rtk_light_behind(RT_GLOBAL const rtk_light *l, rtk_vec3 p, rtk_vec3 n)
+{
+    rtk_vec3 at = rtk_v3(l->at[0], l->at[1], l->at[2]);
+    if (l->type == RTK_LIGHT_DIRECTIONAL)
+        return !(rtk_dot3(n, at) < 0.0f);
+    return !(rtk_dot3(n, rtk_sub(at, p)) > (l->type == RTK_LIGHT_SPHERE ? -1.0001f * l->radius : 0.0f));
+}
+
 /* Distance at which a shadow ray towards a point light may end: the light, or the lamp around it, whose own surface does not
  * shadow it. p outside of the lamp; from inside the light is free anyway. */
 RTK_FN float rtk_light_reach(RT_GLOBAL const rtk_light *l, rtk_vec3 p, rtk_light_sample s)

@@ -85,13 +85,16 @@ static void shine(rti_worker *w, uint32_t index)
 {
     const rti_frame *f = w->frame;
     const rtk_light *light = &f->scene->lights[index];
-    uint32_t n = rti_frame_light_samples(f, light);
+    uint32_t n = rti_frame_light_samples(f, light), seed = 0;
     for (uint32_t i = 0; i < w->lit_count && !rti_cancelled(f->cancel); i++) {
         const rti_lit_block *b = &w->lit[i / RTK_BLOCK];
         lit l = lit_at(b, i % RTK_BLOCK);
-        rti_ray_state state = rti_batch_state(w, b->ray[i % RTK_BLOCK]);
-        /* Each light has numbers of its own. */
-        uint32_t seed = light->type == RTK_LIGHT_SPHERE ? rtk_hash2(rti_vertex_seed(f, &state), index) : 0;
+        rti_ray_state state;
+        if (rtk_light_behind(light, l.p, l.n) || rtk_light_behind(light, l.p, l.g))
+            continue;
+        state = rti_batch_state(w, b->ray[i % RTK_BLOCK]);
+        if (light->type == RTK_LIGHT_SPHERE)
+            seed = rtk_hash2(rti_vertex_seed(f, &state), index); /* each light has numbers of its own */
         for (uint32_t j = 0; j < n; j++) {
             rtk_uv u = {0.0f, 0.0f};
             if (light->type == RTK_LIGHT_SPHERE)
