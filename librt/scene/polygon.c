@@ -250,6 +250,7 @@ void rti_polygon_triangulate(const float *positions, const uint32_t *corners, ui
                 enqueue(&p, k);
             at = p.next[at];
             progress = false;
+            continue;
         }
         if (p.queue_count == 0 || p.work > (uint64_t)MOST_WORK * n)
             break;
