@@ -68,7 +68,7 @@ typedef struct rtk_geom {
     rtk_u32 material, mask, user_id, vertex_count;
     rtk_u64 off_indices, off_normals, off_uvs, off_colors, off_materials, off_faces;
     float uv_xfm[6]; /* texture placement of planes and shapes: u' = a u + b v + c, v' = d u + e v + f */
-    float t_dir[3];  /* plane: direction of growing u; zero = chosen from the normal */
+    float t_dir[3];  /* plane: direction of growing u, unit, in the plane */
     rtk_u32 material_base; /* added to the material ids of off_materials: a child's materials stand behind the parent's */
     rtk_u32 pad[2];
 } rtk_geom;
@@ -127,7 +127,8 @@ typedef struct rtk_instance {
     rtk_xfm to_world, to_object;
     float lo[3], hi[3]; /* world bounds, grown (with the rounding of the transform) */
     rtk_u32 group;
-    rtk_u32 id;   /* inst id of hits: position in description order */
+    rtk_u32 id;   /* inst id of hits: position in description order, and in this array: a removed or empty one keeps its
+                     place with mask 0 and lo > hi, in no tree and no list */
     rtk_u32 mask; /* and-ed with the geometry's */
     rtk_u32 material; /* RTK_INVALID: each geometry's own */
     rtk_u32 user_id, flags;
@@ -161,7 +162,7 @@ typedef struct rtk_material {
     rtk_u32 pad[14];
 } rtk_material;
 
-/* A texture level is stored in 8x8-texel tiles, row-major tiles, edge tiles padded by repeating; texels are RGBA8 (sRGB
+/* A texture level is stored in 8x8-texel tiles, row-major tiles from the image's bottom row, edge tiles padded by repeating; texels are RGBA8 (sRGB
  * encoded when RTK_TEX_SRGB) or RGBA float (RTK_TEX_FLOAT). Level i is max(1, width >> i) wide. */
 #define RTK_TEX_SRGB 1u
 #define RTK_TEX_FLOAT 2u

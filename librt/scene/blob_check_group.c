@@ -70,7 +70,7 @@ static const char *check_prims(const group_view *g)
 static const char *check_bounds(const group_view *g)
 {
     rtk_group_header again = *g->head;
-    rti_group_measure(&again, g->part->group->data);
+    rti_group_measure(g->snapshot->ctx, &again, g->part->group->data);
     return memcmp(&again, g->head, sizeof again) == 0 ? NULL : "a group's bounds are not those of its geometry";
 }
 

@@ -53,6 +53,7 @@ static void put(float out[3], dvec a)
 static rtk_camera camera_record(const rt_camera_desc *d)
 {
     rtk_camera c;
+    rti_fpenv env = rti_fp_enter();
     dvec front = unit(minus(d->look_at, d->eye)), up = {d->up.x, d->up.y, d->up.z}, right;
     memset(&c, 0, sizeof c);
     if (length(up) > 0.0)
@@ -69,6 +70,7 @@ static rtk_camera camera_record(const rt_camera_desc *d)
     put(c.right, right);
     put(c.up, cross(right, front));
     c.half_height = d->type == RT_CAMERA_ORTHOGRAPHIC ? 0.5f * d->height : (float)tan(0.5 * d->fov_deg * 0.017453292519943295);
+    rti_fp_leave(env);
     return c;
 }
 
@@ -226,14 +228,31 @@ rt_status rt_scene_bounds(const rt_scene *scene, rt_vec3 *low, rt_vec3 *high)
     return RT_OK;
 }
 
-/* The box's ball fits into the narrower of the two angles of view. */
+/* The box's ball fits into the narrower of the two angles of view. A box of no size gets a distance that its coordinates can
+ * tell. */
+static void frame(rt_camera_desc *d, const float lo[3], const float hi[3], float aspect)
+{
+    rti_fpenv env = rti_fp_enter();
+    double middle[3], radius, least = 1.0e-30, tangent = tan(0.5 * d->fov_deg * 0.017453292519943295) * fmin(1.0, aspect),
+                              distance;
+    dvec ahead = unit((dvec){0.45, 0.3, 1.0});
+    for (int k = 0; k < 3; k++) {
+        middle[k] = 0.5 * ((double)lo[k] + hi[k]);
+        least = fmax(least, 1.0e-5 * fabs(middle[k]));
+    }
+    radius = 0.5 * length((dvec){(double)hi[0] - lo[0], (double)hi[1] - lo[1], (double)hi[2] - lo[2]});
+    distance = fmax(radius, least) * sqrt(1.0 + tangent * tangent) / tangent * 1.02;
+    d->look_at = (rt_vec3){(float)middle[0], (float)middle[1], (float)middle[2]};
+    d->eye = (rt_vec3){(float)(middle[0] + distance * ahead.x), (float)(middle[1] + distance * ahead.y),
+                       (float)(middle[2] + distance * ahead.z)};
+    rti_fp_leave(env);
+}
+
 rt_status rt_scene_frame_camera(rt_scene *scene, float aspect)
 {
     static const char call[] = "rt_scene_frame_camera";
     rt_camera_desc d = rt_camera_desc_default();
     float lo[3], hi[3];
-    double tangent, radius, distance;
-    dvec ahead = unit((dvec){0.45, 0.3, 1.0});
     char text[32];
     rt_status status = rti_scene_editable(scene, call);
     if (status != RT_OK)
@@ -242,13 +261,7 @@ rt_status rt_scene_frame_camera(rt_scene *scene, float aspect)
         return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: aspect is %s; it must be from 0.001 to 1000", call,
                         rti_num(text, aspect));
     scene_bounds(scene, lo, hi);
-    if (!(lo[0] <= hi[0]))
-        return rt_scene_set_camera(scene, &d);
-    d.look_at = (rt_vec3){0.5f * lo[0] + 0.5f * hi[0], 0.5f * lo[1] + 0.5f * hi[1], 0.5f * lo[2] + 0.5f * hi[2]};
-    radius = 0.5 * length((dvec){(double)hi[0] - lo[0], (double)hi[1] - lo[1], (double)hi[2] - lo[2]});
-    tangent = tan(0.5 * d.fov_deg * 0.017453292519943295) * fmin(1.0, aspect);
-    distance = fmax(radius, 1.0e-3) * sqrt(1.0 + tangent * tangent) / tangent * 1.02;
-    d.eye = (rt_vec3){(float)(d.look_at.x + distance * ahead.x), (float)(d.look_at.y + distance * ahead.y),
-                      (float)(d.look_at.z + distance * ahead.z)};
+    if (lo[0] <= hi[0])
+        frame(&d, lo, hi, aspect);
     return rt_scene_set_camera(scene, &d);
 }

@@ -79,11 +79,37 @@ rti_chunk *rti_chunk_find(rt_context *ctx, uint32_t kind, rti_hash hash)
     return k;
 }
 
-static rti_hash content_hash(uint32_t kind, const void *data, size_t size)
+#define PIECE      (4u << 20) /* bytes hashed by one task */
+#define MOST_TASKS 256u
+
+typedef struct hash_job {
+    const uint8_t *data;
+    size_t size, piece;
+    rti_hash hash[MOST_TASKS];
+} hash_job;
+
+static void hash_task(void *data, uint32_t task)
 {
+    hash_job *job = data;
+    size_t first = task * job->piece, left = job->size - first;
+    job->hash[task] = rti_hash_bytes(job->data + first, left < job->piece ? left : job->piece);
+}
+
+/* The hash of the hashes of pieces: their size follows from the chunk's, so it is the same for any number of workers. */
+static rti_hash content_hash(rt_context *ctx, uint32_t kind, const void *data, size_t size)
+{
+    hash_job job = {.data = data, .size = size, .piece = PIECE};
+    uint32_t tasks;
     rti_hasher h;
+    while (job.piece < size / MOST_TASKS + 1)
+        job.piece *= 2;
+    tasks = (uint32_t)((size + job.piece - 1) / job.piece);
+    if (tasks > 1)
+        rti_parallel(ctx, tasks, hash_task, &job);
+    else
+        hash_task(&job, 0);
     rti_hasher_init(&h);
-    rti_hasher_add(&h, data, size);
+    rti_hasher_add(&h, job.hash, (tasks > 1 ? tasks : 1) * sizeof job.hash[0]);
     rti_hasher_add(&h, &kind, sizeof kind);
     return rti_hasher_end(&h);
 }
@@ -102,7 +128,7 @@ rti_chunk *rti_chunk_share(rt_context *ctx, uint32_t kind, void *data, size_t si
     k->data = data;
     k->size = size;
     k->kind = kind;
-    k->hash = key ? *key : content_hash(kind, data, size);
+    k->hash = key ? *key : content_hash(ctx, kind, data, size);
     atomic_init(&k->refs, 1);
     pthread_mutex_lock(&c->lock);
     there = find_locked(c, kind, k->hash);

@@ -10,6 +10,10 @@
 rt_status rti_commit_chunk(rti_commit *c, uint32_t kind, void *data, size_t size, rti_chunk **chunk)
 {
     bool shared;
+    if (rti_cancelled(&c->scene->cancel)) {
+        rti_free(c->scene->ctx, data, size);
+        return rti_fail(c->scene->ctx, RT_ERROR_CANCELLED, "%s: cancelled", c->call);
+    }
     *chunk = rti_chunk_share(c->scene->ctx, kind, data, size, NULL, &shared);
     if (!*chunk)
         return rti_fail_memory(c->scene->ctx, c->call, size);
@@ -31,59 +35,97 @@ static const rti_geometry *geometry_at(const rt_scene *scene, size_t i)
 
 /* ---- GROUP ---- */
 
-static void include(rtk_group_header *head, const float *p)
+#define BOX_TASKS 64u
+
+typedef struct box_job {
+    const rtk_tri *tris;
+    const rtk_shape *shapes;
+    uint64_t tri_count, shape_count;
+    float box[BOX_TASKS][6];
+} box_job;
+
+static void include(float box[6], const float *lo, const float *hi)
 {
     for (int k = 0; k < 3; k++) {
-        head->lo[k] = p[k] < head->lo[k] ? p[k] : head->lo[k];
-        head->hi[k] = p[k] > head->hi[k] ? p[k] : head->hi[k];
+        box[k] = lo[k] < box[k] ? lo[k] : box[k];
+        box[3 + k] = hi[k] > box[3 + k] ? hi[k] : box[3 + k];
     }
 }
 
-void rti_group_measure(rtk_group_header *head, const void *chunk)
+static void box_task(void *data, uint32_t task)
+{
+    box_job *job = data;
+    float *box = job->box[task];
+    for (uint64_t i = job->tri_count * task / BOX_TASKS; i < job->tri_count * (task + 1) / BOX_TASKS; i++) {
+        include(box, job->tris[i].v0, job->tris[i].v0);
+        include(box, job->tris[i].v1, job->tris[i].v1);
+        include(box, job->tris[i].v2, job->tris[i].v2);
+    }
+    for (uint64_t i = job->shape_count * task / BOX_TASKS; i < job->shape_count * (task + 1) / BOX_TASKS; i++) {
+        rtk_vec3 lo, hi;
+        rtk_shape_bounds(&job->shapes[i], &lo, &hi);
+        include(box, (float[3]){lo.x, lo.y, lo.z}, (float[3]){hi.x, hi.y, hi.z});
+    }
+}
+
+void rti_group_measure(rt_context *ctx, rtk_group_header *head, const void *chunk)
 {
     const uint8_t *base = chunk;
-    const rtk_tri *tri = (const rtk_tri *)(const void *)(base + head->off_tris);
-    const rtk_shape *shape = (const rtk_shape *)(const void *)(base + head->off_shapes);
-    float grow;
+    box_job job = {.tris = (const rtk_tri *)(const void *)(base + head->off_tris),
+                   .shapes = (const rtk_shape *)(const void *)(base + head->off_shapes),
+                   .tri_count = head->tri_count,
+                   .shape_count = head->shape_count};
+    float box[6] = {FLT_MAX, FLT_MAX, FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX}, grow = 0.0f;
     head->scale = 1.0e-30f;
+    if (head->tri_count + head->shape_count > 0) {
+        for (uint32_t i = 0; i < BOX_TASKS; i++)
+            memcpy(job.box[i], box, sizeof box);
+        rti_parallel(ctx, BOX_TASKS, box_task, &job);
+        for (uint32_t i = 0; i < BOX_TASKS; i++)
+            include(box, job.box[i], job.box[i] + 3);
+        for (int k = 0; k < 6; k++)
+            head->scale = fmaxf(head->scale, fabsf(box[k]));
+        grow = RTK_GROW * head->scale;
+    }
     for (int k = 0; k < 3; k++) {
-        head->lo[k] = FLT_MAX;
-        head->hi[k] = -FLT_MAX;
-    }
-    for (uint32_t i = 0; i < head->tri_count; i++) {
-        include(head, tri[i].v0);
-        include(head, tri[i].v1);
-        include(head, tri[i].v2);
-    }
-    for (uint32_t i = 0; i < head->shape_count; i++) {
-        rtk_vec3 lo, hi;
-        rtk_shape_bounds(&shape[i], &lo, &hi);
-        include(head, (float[3]){lo.x, lo.y, lo.z});
-        include(head, (float[3]){hi.x, hi.y, hi.z});
-    }
-    if (head->tri_count + head->shape_count == 0)
-        return;
-    for (int k = 0; k < 3; k++)
-        head->scale = fmaxf(head->scale, fmaxf(fabsf(head->lo[k]), fabsf(head->hi[k])));
-    grow = RTK_GROW * head->scale;
-    for (int k = 0; k < 3; k++) {
-        head->lo[k] -= grow;
-        head->hi[k] += grow;
+        head->lo[k] = box[k] - grow;
+        head->hi[k] = box[3 + k] + grow;
     }
 }
 
-static rtk_tri *put_mesh(const rti_geometry *g, uint32_t geom, rtk_tri *tri)
+#define TRIS_A_TASK 65536u
+
+typedef struct mesh_job {
+    const rti_geometry *geometry;
+    uint32_t geom;
+    rtk_tri *tris;
+} mesh_job;
+
+static void mesh_task(void *data, uint32_t task)
 {
-    const float *p = g->mesh->positions;
-    const uint32_t *index = g->mesh->indices;
-    for (uint32_t i = 0; i < g->count; i++, index += 3, tri++) {
+    const mesh_job *job = data;
+    const float *p = job->geometry->mesh->positions;
+    uint32_t first = task * TRIS_A_TASK, left = job->geometry->count - first;
+    const uint32_t *index = job->geometry->mesh->indices + 3 * (size_t)first;
+    rtk_tri *tri = job->tris + first;
+    for (uint32_t i = 0; i < left && i < TRIS_A_TASK; i++, index += 3, tri++) {
         memcpy(tri->v0, p + 3 * (size_t)index[0], sizeof tri->v0);
         memcpy(tri->v1, p + 3 * (size_t)index[1], sizeof tri->v1);
         memcpy(tri->v2, p + 3 * (size_t)index[2], sizeof tri->v2);
-        tri->geom = geom;
-        tri->prim = i;
+        tri->geom = job->geom;
+        tri->prim = first + i;
     }
-    return tri;
+}
+
+/* Returns where the next mesh's triangles go. */
+static rtk_tri *put_mesh(rt_context *ctx, const rti_geometry *g, uint32_t geom, rtk_tri *tris)
+{
+    mesh_job job = {g, geom, tris};
+    if (g->count > TRIS_A_TASK)
+        rti_parallel(ctx, (g->count + TRIS_A_TASK - 1) / TRIS_A_TASK, mesh_task, &job);
+    else if (g->count > 0)
+        mesh_task(&job, 0);
+    return tris + g->count;
 }
 
 static void put_lamps(const rt_scene *scene, rtk_shape *to)
@@ -118,7 +160,7 @@ static void fill_group(const rt_scene *scene, rtk_group_header *head)
         if (!g->alive)
             continue;
         if (g->type == RTK_GEOM_MESH) {
-            tri = put_mesh(g, (uint32_t)i, tri);
+            tri = put_mesh(scene->ctx, g, (uint32_t)i, tri);
         } else if (g->type == RTK_GEOM_PLANE) {
             *plane = RTI_AT(scene->planes, rti_plane, g->first)->shape;
             plane++->geom = (uint32_t)i;
@@ -129,7 +171,7 @@ static void fill_group(const rt_scene *scene, rtk_group_header *head)
         }
     }
     put_lamps(scene, shape);
-    rti_group_measure(head, head);
+    rti_group_measure(scene->ctx, head, head);
 }
 
 static rt_status make_group(rti_commit *c)

@@ -46,6 +46,7 @@ static rti_light record(const rt_light_desc *d)
 {
     rti_light l;
     rtk_light *k = &l.light;
+    rti_fpenv env = rti_fp_enter();
     memset(&l, 0, sizeof l);
     l.alive = true;
     l.visible = d->type == RT_LIGHT_SPHERE && d->visible;
@@ -65,6 +66,7 @@ static rti_light record(const rt_light_desc *d)
     k->falloff = d->falloff == RT_FALLOFF_INVERSE_SQUARE && d->type != RT_LIGHT_DIRECTIONAL ? 2.0f : 0.0f;
     k->samples = d->samples;
     k->geom = RTK_INVALID;
+    rti_fp_leave(env);
     return l;
 }
 

@@ -169,6 +169,7 @@ rt_status rt_scene_add_polyhedron(rt_scene *scene, const rt_polyhedron_desc *des
     rti_mesh *mesh;
     rti_mesh_want want;
     uint32_t triangles = 0, largest = 0, *scratch;
+    rti_fpenv env;
     rt_status status = rti_add_begin(scene, call, desc, &d, sizeof d, &d.common);
     if (status == RT_OK)
         status = check_polyhedron(scene, call, &d, &triangles, &largest);
@@ -184,7 +185,9 @@ rt_status rt_scene_add_polyhedron(rt_scene *scene, const rt_polyhedron_desc *des
         return rti_fail_memory(scene->ctx, call, RTI_POLYGON_SCRATCH * sizeof *scratch * largest);
     }
     copy(mesh->positions, d.positions, d.vertex_count, 3 * sizeof(float));
+    env = rti_fp_enter();
     cut_faces(&d, scratch, mesh);
+    rti_fp_leave(env);
     rti_free(scene->ctx, scratch, RTI_POLYGON_SCRATCH * sizeof *scratch * largest);
     return add(scene, call, &d.common, mesh, triangles, geometry);
 }

@@ -60,7 +60,7 @@ rt_status rti_commit_chunk(rti_commit *c, uint32_t kind, void *data, size_t size
 #define RTI_ATTRIBUTE_HEADER 64u /* the chunk's first bytes: no array stands at offset 0, which means absent */
 void rti_plan_attributes(rti_layout *layout, const rti_geometry *geometry, rtk_geom *out);
 /* Writes bounds (grown) and scale into head, from the arrays of the chunk that it describes. */
-void rti_group_measure(rtk_group_header *head, const void *chunk);
+void rti_group_measure(rt_context *ctx, rtk_group_header *head, const void *chunk);
 rt_status rti_commit_group(rti_commit *c);    /* GROUP, ATTRIBUTE of the scene itself */
 rt_status rti_commit_geometry(rti_commit *c); /* GEOMETRY of all groups, after materials */
 rt_status rti_commit_table(rti_commit *c, size_t count, size_t record, void **block, size_t *size, void **records);

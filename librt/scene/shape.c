@@ -13,9 +13,12 @@ static void put(float *at, rt_vec3 p)
 
 static rt_vec3 unit(rt_vec3 d)
 {
+    rti_fpenv env = rti_fp_enter();
     double m = fmax(fmax(fabs((double)d.x), fabs((double)d.y)), fabs((double)d.z));
     double x = d.x / m, y = d.y / m, z = d.z / m, l = sqrt(x * x + y * y + z * z);
-    return (rt_vec3){(float)(x / l), (float)(y / l), (float)(z / l)};
+    rt_vec3 result = {(float)(x / l), (float)(y / l), (float)(z / l)};
+    rti_fp_leave(env);
+    return result;
 }
 
 rt_status rti_add_begin(rt_scene *scene, const char *call, const void *desc, void *full, uint32_t size,
@@ -347,6 +350,7 @@ rt_status rt_scene_add_plane(rt_scene *scene, const rt_plane_desc *desc, rt_geom
     rt_plane_desc d = rt_plane_desc_default();
     rti_geometry *g = NULL;
     rti_plane *plane;
+    rti_fpenv env;
     rt_vec3 n;
     rt_status status = rti_add_begin(scene, call, desc, &d, sizeof d, &d.common);
     if (status == RT_OK)
@@ -366,7 +370,9 @@ rt_status rt_scene_add_plane(rt_scene *scene, const rt_plane_desc *desc, rt_geom
     plane->shape.type = RTK_SHAPE_PLANE;
     put(plane->shape.p, d.point);
     put(plane->shape.p + 4, n);
+    env = rti_fp_enter();
     put(plane->t_dir, plane_u_axis(d.u_axis, n));
+    rti_fp_leave(env);
     plane->width = d.texture_size;
     plane->height = d.texture_height;
     give(scene, geometry);

@@ -137,7 +137,6 @@ static void mip_rows(void *data, uint32_t task)
     uint32_t w = rtk_level_size(tex.head->width, job->level), h = rtk_level_size(tex.head->height, job->level);
     bool floats = (tex.head->flags & RTK_TEX_FLOAT) != 0;
     uint8_t *row = job->rows + job->row_size * task;
-    rti_fpenv env = rti_fp_enter();
     for (uint32_t y = task * job->step; y < h && y < (task + 1) * job->step; y++) {
         for (uint32_t x = 0; x < w; x++) {
             float rgba[4];
@@ -149,7 +148,6 @@ static void mip_rows(void *data, uint32_t task)
         }
         store_row(job->data + tex.head->off_level[job->level], w, h, y, row, floats ? 16 : 4);
     }
-    rti_fp_leave(env);
 }
 
 static void store_base(uint8_t *data, const rti_texels *d, uint8_t *row)
@@ -179,6 +177,7 @@ rt_status rti_texture_chunk(rt_context *ctx, const char *call, const rti_texels 
     uint32_t levels = level_count(d);
     rtk_texture_header *head;
     rti_layout layout;
+    rti_fpenv env;
     uint8_t *data, *rows;
     bool shared;
     rti_layout_begin(&layout, sizeof *head);
@@ -196,12 +195,14 @@ rt_status rti_texture_chunk(rt_context *ctx, const char *call, const rti_texels 
     head->level_count = levels;
     memcpy(head->off_level, offset, sizeof offset);
     head->flags = d->flags;
+    env = rti_fp_enter();
     store_base(data, d, rows);
     for (uint32_t i = 1; i < levels; i++) {
         uint32_t h = rtk_level_size(d->height, i);
         mip_job job = {.data = data, .rows = rows, .row_size = row_size, .level = i, .step = (h + MIP_TASKS - 1) / MIP_TASKS};
         rti_parallel(ctx, (h + job.step - 1) / job.step, mip_rows, &job);
     }
+    rti_fp_leave(env);
     rti_free(ctx, rows, MIP_TASKS * row_size);
     *out = rti_chunk_share(ctx, RTK_CHUNK_TEXTURE, data, layout.size, NULL, &shared);
     return *out ? RT_OK : rti_fail_memory(ctx, call, sizeof **out);

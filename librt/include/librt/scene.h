@@ -2,7 +2,8 @@
  *
  *  A render or query holds the snapshot it began with, so a scene may be edited and committed beside it. Editing calls on one scene must
  *  not run at the same time as each other or as its commit; queries may run at any time. Every add copies its data. Handles are
- *  positions in description order, from 0, one count a kind; a removed one is never given again. */
+ *  positions in description order, from 0, one count a kind; a removed one is never given again. Coordinates and lengths are finite and at
+ *  most 1e12 in size; a scene holds at most 2^30 triangles and shapes. A call that is refused changes nothing. */
 #ifndef LIBRT_SCENE_H
 #define LIBRT_SCENE_H
 
@@ -237,7 +238,9 @@ typedef struct rt_light_desc {
     uint32_t samples; /**< shadow rays a hit; 0: the render's setting */
 } rt_light_desc;
 RT_API rt_light_desc rt_light_desc_default(void);
-/** A point light inside an opaque sphere of the scene is not shadowed by that sphere: the sphere is its lamp. */
+/** A point light inside an opaque sphere of the scene itself (not of an instance) is not shadowed by that sphere, the largest if there are several: the
+ *  sphere is its lamp. The body of a visible light is a sphere of its own: hits on it have a geom_id behind those of the described geometries,
+ *  and it stands in the way of other lights as any opaque body does. Lights of an instanced scene do not shine; the bodies of its visible ones are seen. */
 RT_API rt_status rt_scene_add_light(rt_scene *scene, const rt_light_desc *desc, rt_light *light);
 RT_API rt_status rt_scene_set_light(rt_scene *scene, rt_light light, const rt_light_desc *desc);
 RT_API rt_status rt_scene_remove_light(rt_scene *scene, rt_light light);
@@ -281,6 +284,7 @@ typedef struct rt_commit_desc {
 RT_API rt_commit_desc rt_commit_desc_default(void);
 /** Makes the snapshot. Chunks whose content has not changed are shared with the last one (a material edit builds no tree), and within the context by content.
  *  A tree that a render or query asks for later by name and that is missing is built then.
+ *  The last used trees are kept, up to 256 MiB or a quarter of the memory limit, so that a later scene with the same mesh finds its tree.
  *  desc     NULL: defaults (or what the last commit used)
  *  Errors   MEMORY, MEMORY_LIMIT, CANCELLED (by rt_scene_cancel), STATE (child not committed), ARGUMENT
  *  Threads  one editor; queries and renders of the old snapshot go on */
@@ -351,9 +355,10 @@ typedef struct rt_surface {
     uint32_t face_id;  /**< polyhedron: the face; mesh: the triangle; spheres: the index */
     uint32_t user_id, inst_user_id;
     rt_vec3 color;     /**< the material's colour with texture and vertex colour */
-    float position_error; /**< bound of the distance between position and the true hit */
+    float position_error; /**< bound of position's distance from the surface, for the start of rays that leave it */
 } rt_surface;
-/** Errors none; a miss gives all zero and material {RT_INVALID_ID}. ray: the one that gave the hit. Threads any. */
+/** Errors none; a miss, or a hit that this scene cannot have given, gives all zero and material {RT_INVALID_ID}. The body of a visible light has a material
+ *  behind those of the scene. ray: the one that gave the hit. Threads any. */
 RT_API void rt_scene_surface(const rt_scene *scene, const rt_ray *ray, const rt_hit *hit, rt_surface *surface);
 
 #ifdef __cplusplus
