@@ -91,6 +91,23 @@ describe("the stub rt.d.lua", function()
   end)
 end)
 
+describe("the guide docs/lua.md", function()
+  it("has code that runs", function()
+    local file = assert(io.open "docs/lua.md")
+    local text = file:read "a"
+    file:close()
+    local count = 0
+    for code in text:gmatch "```lua\n(.-)```" do
+      count = count + 1
+      local result = assert(load(code, "=docs/lua.md block " .. count))()
+      if result then
+        assert.is_true(result:info().geometries > 0)
+      end
+    end
+    assert.equal(4, count)
+  end)
+end)
+
 describe("the module", function()
   it("says what it is", function()
     assert.is_truthy(rt.version:find "^%d+%.%d+%.%d+$")
