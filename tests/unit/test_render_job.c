@@ -668,6 +668,37 @@ static void test_bands(void **state)
     unlink(path);
 }
 
+/* Larger than the memory: 64 MiB of pixels under a limit of 32 MiB. */
+static void test_bands_beyond_the_memory(void **state)
+{
+    rt_context_desc cd = rt_context_desc_default();
+    rt_context *small;
+    rt_scene *s;
+    rt_render_desc d = settings(8192, 512, 1, "depth");
+    char path[] = "/tmp/librt_bands_XXXXXX";
+    rt_save_desc save = rt_save_desc_default();
+    rt_image *image;
+    uint64_t peak;
+    int file = mkstemp(path);
+    (void)state;
+    assert_true(file >= 0);
+    close(file);
+    cd.memory_limit = 32u << 20;
+    cd.workers = 1;
+    OK(rt_context_create(&cd, &small));
+    OK(rt_scene_create(small, &s));
+    OK(rt_scene_commit(s, NULL));
+    assert_int_equal(rt_render(s, &d, &image), RT_ERROR_MEMORY_LIMIT);
+    save.format = "bmp";
+    OK(rt_render_to_file(s, &d, path, &save, 8u << 20, NULL, NULL));
+    rt_context_memory(small, NULL, &peak);
+    assert_true(peak < 24u << 20);
+    assert_int_equal(rt_render_to_file(s, &d, path, &save, 64u << 20, NULL, NULL), RT_ERROR_MEMORY_LIMIT);
+    rt_scene_destroy(s);
+    rt_context_destroy(small);
+    unlink(path);
+}
+
 static void test_tables(void **state)
 {
     static const char *const integrators[] = {"whitted", "path", "ao", "normal", "uv", "id", "depth", "cost"};
@@ -714,6 +745,7 @@ int main(void)
         T(test_each_allocation_fails),
         T(test_memory_estimate),
         T(test_bands),
+        T(test_bands_beyond_the_memory),
         T(test_tables),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
