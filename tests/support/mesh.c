@@ -42,14 +42,46 @@ void test_mesh_free(test_mesh *m)
     memset(m, 0, sizeof *m);
 }
 
+/* The triangles of an OBJ file of `v x y z` and `f a/.. b/.. c/..` lines, as the shared ones are. */
+static bool load_obj(test_mesh *m, FILE *f)
+{
+    char line[256];
+    float(*v)[3] = NULL;
+    unsigned count = 0, room = 0;
+    bool ok = true;
+    while (ok && fgets(line, sizeof line, f)) {
+        unsigned k[3];
+        if (count == room) {
+            room = room ? 2 * room : 4096;
+            v = realloc(v, room * sizeof *v);
+        }
+        if (sscanf(line, "v %f %f %f", &v[count][0], &v[count][1], &v[count][2]) == 3)
+            count++;
+        else if (sscanf(line, "f %u%*s %u%*s %u", &k[0], &k[1], &k[2]) == 3) {
+            ok = k[0] - 1 < count && k[1] - 1 < count && k[2] - 1 < count;
+            if (ok)
+                test_mesh_add(m, v[k[0] - 1], v[k[1] - 1], v[k[2] - 1]);
+        }
+    }
+    free(v);
+    fclose(f);
+    if (!ok)
+        test_mesh_free(m);
+    return ok && count > 0;
+}
+
 bool test_mesh_load(test_mesh *m, const char *name)
 {
     const char *dir = getenv("LIBRT_SCENES");
     char path[4096], line[256];
     unsigned vertices = 0, faces = 0;
     memset(m, 0, sizeof *m);
+    snprintf(path, sizeof path, "%s/textured/%s/%s.obj", dir ? dir : "../shared/scenes", name, name);
+    FILE *f = strcmp(name, "spot") == 0 ? fopen(path, "rb") : NULL;
+    if (f)
+        return load_obj(m, f);
     snprintf(path, sizeof path, "%s/%s.ply", dir ? dir : "../shared/scenes", name);
-    FILE *f = fopen(path, "rb");
+    f = fopen(path, "rb");
     if (!f)
         return false;
     while (fgets(line, sizeof line, f) && strcmp(line, "end_header\n") != 0) {
