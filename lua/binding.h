@@ -100,9 +100,9 @@ rt_image *rtl_check_image(lua_State *L, int arg, rtl_context **context);
 void *rtl_image_new(lua_State *L, rtl_context *c);
 void rtl_image_put(lua_State *L, void *userdata, rt_image *image);
 
-/** Descriptors from the checked fields of the table at `index`. Their strings are pinned by the table. [-0, +0], raises. */
-rt_render_desc rtl_render_fields(lua_State *L, int index);
-rt_save_desc rtl_save_fields(lua_State *L, int index);
+/** Descriptors from the checked fields of the table at `t`. Their strings are pinned by the table. [-0, +0], raises. */
+rt_render_desc rtl_render_fields(lua_State *L, int t);
+rt_save_desc rtl_save_fields(lua_State *L, int t);
 
 void rtl_open_common(lua_State *L);
 void rtl_open_buffer(lua_State *L);

@@ -45,7 +45,7 @@ const rtl_buffer *rtl_field_buffer(lua_State *L, int index, const char *key, rtl
 static void put(lua_State *L, rtl_buffer *b, size_t i, int value)
 {
     if (lua_type(L, value) != LUA_TNUMBER) {
-        rtl_raise(L, "element %I must be a number; got a %s", (LUAI_UACINT)(i + 1), luaL_typename(L, value));
+        rtl_raise(L, "element %I must be a number; got a %s", (LUAI_UACINT)i + 1, luaL_typename(L, value));
     }
     if (b->type == RTL_F32) {
         b->as.f32[i] = (float)lua_tonumber(L, value);
@@ -54,7 +54,7 @@ static void put(lua_State *L, rtl_buffer *b, size_t i, int value)
     int ok;
     lua_Integer n = lua_tointegerx(L, value, &ok), high = b->type == RTL_U32 ? UINT32_MAX : UINT8_MAX;
     if (!ok || n < 0 || n > high) {
-        rtl_raise(L, "element %I must be a whole number from 0 to %I; got %s", (LUAI_UACINT)(i + 1), (LUAI_UACINT)high,
+        rtl_raise(L, "element %I must be a whole number from 0 to %I; got %s", (LUAI_UACINT)i + 1, (LUAI_UACINT)high,
                   luaL_tolstring(L, value, NULL));
     }
     if (b->type == RTL_U32) {

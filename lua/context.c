@@ -97,6 +97,7 @@ static rtl_context *make(lua_State *L, rtl_context **slot, const rt_context_desc
         pthread_mutex_destroy(&c->mutex);
         free(c);
         rtl_raise(L, "the renderer could not be started: %s", rt_status_name(status));
+        return NULL;
     }
     return c;
 }
@@ -197,7 +198,7 @@ void rtl_open_context(lua_State *L)
     static const luaL_Reg functions[] = {
         {"configure", configure}, {"take_log", take_log}, {"workers", workers}, {"memory", memory},
         {"version", version},     {"machine", machine},   {NULL, NULL}};
-    rtl_context **slot = lua_newuserdatauv(L, sizeof *slot, 0);
+    rtl_context **slot = lua_newuserdatauv(L, sizeof(rtl_context *), 0);
     *slot = NULL;
     lua_createtable(L, 0, 1);
     lua_pushcfunction(L, release);

@@ -46,7 +46,7 @@ static const rtl_buffer *items(lua_State *L, const char *key, rtl_type type, uin
     const rtl_buffer *b = rtl_field_buffer(L, 2, key, type);
     if (b && b->count != count * width) {
         rtl_raise(L, "%s has %I values, but %I %s need %I", key, (LUAI_UACINT)b->count, (LUAI_UACINT)count, of,
-                  (LUAI_UACINT)((uint64_t)count * width));
+                  (LUAI_UACINT)count * (LUAI_UACINT)width);
     }
     return b;
 }
