@@ -55,7 +55,7 @@ void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_buil
     b->builder = s->builder;
     b->prim_count = input->tri_count + input->box_count;
     b->max_depth = s->max_depth ? s->max_depth : (octree ? 16 : kd_depth(b->prim_count));
-    b->max_depth = rtk_umin(b->max_depth, octree ? RTI_OCTREE_DEPTH_MAX : RTI_KD_DEPTH_MAX);
+    b->max_depth = rtk_umin(b->max_depth, octree ? RTK_OCT_DEPTH : RTK_KD_DEPTH);
     b->leaf_size = s->leaf_size ? s->leaf_size : (octree ? 8 : 2);
     b->cost_traverse = settled(s->cost_traverse, 1.0f);
     b->cost_intersect = settled(s->cost_intersect, 1.0f);

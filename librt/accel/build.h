@@ -2,12 +2,12 @@
 #ifndef RTI_BUILD_H
 #define RTI_BUILD_H
 
+#include "../kernel/kd.h"
+#include "../kernel/octree.h"
 #include "accel.h"
 
-#define RTI_KD_DEPTH_MAX     96u
-#define RTI_OCTREE_DEPTH_MAX 32u
-#define RTI_NODE_MAX         0x3fffffffu /* node indices and leaf counts have 30 bits */
-#define RTI_REF_MAX          0x3fffffffu
+#define RTI_NODE_MAX 0x3fffffffu /* node indices and leaf counts have 30 bits */
+#define RTI_REF_MAX  0x3fffffffu
 
 /* A primitive's part of a cell: its clipped box, grown and cut to the cell. */
 typedef struct rti_ref {

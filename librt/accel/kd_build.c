@@ -3,7 +3,7 @@
 
 #include "build.h"
 
-#define STACK_MAX (RTI_KD_DEPTH_MAX + 2u) /* nodes that wait: one a level below the one at work */
+#define STACK_MAX (RTK_KD_DEPTH + 2u) /* nodes that wait: one a level below the one at work */
 
 /* Settles how `it` is split; false: it is a leaf. */
 static bool choose(const rti_build *b, const rti_item *it, const rti_ref *refs, float *scratch, rti_kd_split *split)

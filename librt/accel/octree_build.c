@@ -5,7 +5,7 @@
 
 #include "build.h"
 
-#define STACK_MAX (7u * RTI_OCTREE_DEPTH_MAX + 8u)
+#define STACK_MAX (7u * RTK_OCT_DEPTH + 8u)
 
 /* Does triangle `t` touch the cell grown by `grow`? Separating axes after Akenine-Moeller 2001, in double: of the growth nothing
  * is spent here. */

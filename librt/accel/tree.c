@@ -4,7 +4,7 @@
 #include "build.h"
 
 /* What waits while a tree is walked: kd one a level, octree seven a level. */
-#define WALK_MAX (8u * RTI_KD_DEPTH_MAX)
+#define WALK_MAX (8u * RTK_KD_DEPTH)
 
 typedef struct visit {
     rti_cell cell;
@@ -141,7 +141,7 @@ static bool walk_valid(const rtk_tree_header *h)
 {
     rtk_tree t = rti_tree_view(h);
     uint32_t stack[WALK_MAX], depths[WALK_MAX], count = 1;
-    uint32_t step = h->kind == RTK_TREE_KD ? 2 : 8, limit = h->kind == RTK_TREE_KD ? RTI_KD_DEPTH_MAX : RTI_OCTREE_DEPTH_MAX;
+    uint32_t step = h->kind == RTK_TREE_KD ? 2 : 8, limit = h->kind == RTK_TREE_KD ? RTK_KD_DEPTH : RTK_OCT_DEPTH;
     uint64_t met = 0;
     stack[0] = depths[0] = 0;
     while (count > 0) {

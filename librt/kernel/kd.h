@@ -4,6 +4,7 @@
 
 #include "snapshot.h"
 
-#define RTK_KD_STACK 96u /* a level leaves at most one node waiting; trees are no deeper (checked where they come in) */
+#define RTK_KD_DEPTH 96u          /* trees are no deeper (checked where they come in) */
+#define RTK_KD_STACK RTK_KD_DEPTH /* a level leaves at most one node waiting */
 
 #endif

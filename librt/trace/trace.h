@@ -14,7 +14,8 @@
 #define RTI_TRACE_AFTER 4u
 #define RTI_TRACE_STEPS 8u /* scratch->steps: per ray, nodes visited + primitives tested (the tree-cost layer) */
 
-/* What a worker lends a tracer. stats are added to; steps (may be NULL) is u32[count] when RTI_TRACE_STEPS is set. */
+/* What a worker lends a tracer. stats are added to: rays always, the others with RTI_TRACE_STEPS (no loop counts unasked). steps
+ * (may be NULL) is u32[count] then. */
 typedef struct rti_trace_stats {
     uint64_t rays, nodes, leaves, tests;
 } rti_trace_stats;

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "support/generate.h"
 #include "support/rays.h"
 
 static const uint32_t builders[] = {RTI_BUILD_KD_EXACT, RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE};
@@ -20,17 +21,6 @@ static rt_context *context(uint32_t workers)
     d.workers = workers;
     assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
     return ctx;
-}
-
-static void soup(test_mesh *m, uint32_t count, float size)
-{
-    test_rng r = {42};
-    for (uint32_t i = 0; i < count; i++) {
-        float v[3][3];
-        for (int k = 0; k < 9; k++)
-            v[k / 3][k % 3] = k < 3 ? test_range(&r, -1.0f, 1.0f) : v[0][k % 3] + test_range(&r, -size, size);
-        test_mesh_add(m, v[0], v[1], v[2]);
-    }
 }
 
 static rtk_tree_header build(rt_context *ctx, const rti_build_input *in, const rti_build_settings *s)
@@ -51,8 +41,8 @@ static void test_same_bytes(void **state)
     static const uint32_t workers[] = {1, 2, 3, 8};
     test_mesh m = {0};
     (void)state;
-    soup(&m, 20000, 0.05f);
-    soup(&m, 50, 2.0f);
+    test_mesh_soup(&m, 20000, 0.05f, 42);
+    test_mesh_soup(&m, 50, 2.0f, 42);
     rti_build_input in = test_input(&m);
     for (int b = 0; b < 3; b++) {
         char *first = NULL;
@@ -86,7 +76,7 @@ static void test_small(void **state)
     for (int b = 0; b < 3; b++)
         for (uint32_t n = 0; n <= 3; n++) {
             test_mesh m = {0};
-            soup(&m, n, 0.5f);
+            test_mesh_soup(&m, n, 0.5f, 42);
             rti_build_input in = test_input(&m);
             rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = builders[b]});
             assert_int_equal(h.prim_count, n);
@@ -183,7 +173,7 @@ static void test_sizes(void **state)
     for (int i = 0; i < 5; i++)
         for (int b = 0; b < 3; b++) {
             test_mesh m = {0};
-            soup(&m, 2000, 0.1f);
+            test_mesh_soup(&m, 2000, 0.1f, 42);
             test_mesh_place(&m, scales[i], 0.0f);
             rti_build_input in = test_input(&m);
             rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = builders[b]});
@@ -209,7 +199,7 @@ static void test_settings(void **state)
     for (uint32_t i = 0; i < h->ref_count; i++)
         assert_int_not_equal(rti_tree_view(chunk).refs[i], 1);
     rti_free(ctx, chunk, size);
-    soup(&m, 3000, 0.3f);
+    test_mesh_soup(&m, 3000, 0.3f, 42);
     in = test_input(&m);
     rti_build_settings s = {
         .max_depth = 5, .cost_traverse = NAN, .cost_intersect = -1.0f, .empty_bonus = INFINITY, .duplication = 1.5f};
@@ -239,7 +229,7 @@ static void test_binned_cost(void **state)
     for (int i = 0; i < 4; i++) {
         test_mesh m = {0};
         if (!names[i])
-            soup(&m, 10000, 0.05f);
+            test_mesh_soup(&m, 10000, 0.05f, 42);
         else if (!test_mesh_load(&m, names[i]))
             continue;
         rti_build_input in = test_input(&m);
@@ -282,7 +272,7 @@ static void test_allocation_failure(void **state)
     rt_context_desc d = rt_context_desc_default();
     rt_context *ctx;
     (void)state;
-    soup(&m, 3000, 0.1f);
+    test_mesh_soup(&m, 3000, 0.1f, 42);
     rti_build_input in = test_input(&m);
     d.workers = 1;
     d.allocate = failing_allocate;
@@ -322,7 +312,7 @@ static void test_cancel(void **state)
     rt_context_desc d = rt_context_desc_default();
     rt_context *ctx;
     (void)state;
-    soup(&m, 3000, 0.1f);
+    test_mesh_soup(&m, 3000, 0.1f, 42);
     rti_build_input in = test_input(&m);
     d.workers = 1;
     d.allocate = failing_allocate;
@@ -391,7 +381,7 @@ static void test_broken(void **state)
     test_targets t;
     test_rng rng = {123};
     (void)state;
-    soup(&m, 200, 0.2f);
+    test_mesh_soup(&m, 200, 0.2f, 42);
     test_world_init(&w, ctx);
     test_world_mesh(&w, 0, &m, 1);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);

@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "support/generate.h"
 #include "support/rays.h"
 
 #define BATCH 1024u
@@ -129,120 +130,6 @@ static rt_context *context(void)
     return ctx;
 }
 
-static void random_vertex(test_rng *r, const float at[3], float size, float out[3])
-{
-    for (int a = 0; a < 3; a++)
-        out[a] = at[a] + test_range(r, -size, size);
-}
-
-static void soup(test_mesh *m, uint32_t count, float size, uint64_t seed)
-{
-    test_rng r = {seed};
-    for (uint32_t i = 0; i < count; i++) {
-        float at[3], v[3][3];
-        random_vertex(&r, (const float[3]){0, 0, 0}, 1.0f, at);
-        for (int k = 0; k < 3; k++)
-            random_vertex(&r, at, size, v[k]);
-        test_mesh_add(m, v[0], v[1], v[2]);
-    }
-}
-
-/* Long thin triangles, some of no area. */
-static void slivers(test_mesh *m, uint32_t count)
-{
-    test_rng r = {77};
-    for (uint32_t i = 0; i < count; i++) {
-        float a[3], b[3], c[3], thin = powf(10.0f, test_range(&r, -8.0f, -2.0f));
-        random_vertex(&r, (const float[3]){0, 0, 0}, 1.0f, a);
-        random_vertex(&r, (const float[3]){0, 0, 0}, 1.0f, b);
-        for (int k = 0; k < 3; k++)
-            c[k] = 0.5f * (a[k] + b[k]) + test_range(&r, -thin, thin);
-        test_mesh_add(m, a, b, i % 10 == 0 ? a : c);
-    }
-}
-
-/* Walls, floors and steps on a lattice, each of two triangles, some twice: coplanar neighbours, equal t. */
-static void lattice(test_mesh *m, int n)
-{
-    for (int axis = 0; axis < 3; axis++)
-        for (int i = 0; i < n; i++)
-            for (int j = 0; j < n; j++)
-                for (int k = 0; k < (j % 3 == 0 ? 2 : 1); k++) {
-                    float p[4][3];
-                    int b = (axis + 1) % 3, c = (axis + 2) % 3;
-                    for (int q = 0; q < 4; q++) {
-                        p[q][axis] = 0.1f * (float)((i * 7 + j * 3) % n);
-                        p[q][b] = 0.1f * (float)(i + (q & 1));
-                        p[q][c] = 0.1f * (float)(j + (q >> 1));
-                    }
-                    test_mesh_add(m, p[0], p[1], p[3]);
-                    test_mesh_add(m, p[0], p[3], p[2]);
-                }
-}
-
-/* Boxes around boxes, each 0.9 of the last. */
-static void nested(test_mesh *m, int n)
-{
-    float s = 1.0f;
-    for (int i = 0; i < n; i++, s *= 0.9f)
-        for (int axis = 0; axis < 3; axis++)
-            for (int side = -1; side <= 1; side += 2) {
-                float p[4][3];
-                for (int q = 0; q < 4; q++) {
-                    p[q][axis] = s * (float)side;
-                    p[q][(axis + 1) % 3] = q & 1 ? s : -s;
-                    p[q][(axis + 2) % 3] = q & 2 ? s : -s;
-                }
-                test_mesh_add(m, p[0], p[1], p[3]);
-                test_mesh_add(m, p[0], p[3], p[2]);
-            }
-}
-
-static uint32_t all_shapes(rtk_shape *out, uint32_t count, uint64_t seed)
-{
-    test_rng r = {seed};
-    memset(out, 0, count * sizeof *out);
-    for (uint32_t i = 0; i < count; i++) {
-        float a[3], b[3], s = test_range(&r, 0.05f, 0.3f);
-        random_vertex(&r, (const float[3]){0, 0, 0}, 1.0f, a);
-        random_vertex(&r, a, s * 2.0f, b);
-        out[i].type = i % RTK_SHAPE_PLANE;
-        memcpy(out[i].p, a, sizeof a);
-        out[i].p[3] = s;
-        memcpy(out[i].p + 4, b, sizeof b);
-        if (out[i].type == RTK_SHAPE_BOX)
-            for (int k = 0; k < 3; k++) {
-                out[i].p[k] = fminf(a[k], b[k]);
-                out[i].p[k + 3] = fmaxf(a[k], b[k]);
-            }
-        if (out[i].type == RTK_SHAPE_CONE)
-            out[i].p[7] = i % 2 ? 0.0f : 0.5f * s;
-        if (out[i].type == RTK_SHAPE_TORUS) {
-            rtk_vec3 n = rtk_unit(rtk_v3(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
-            out[i].p[4] = n.x;
-            out[i].p[5] = n.y;
-            out[i].p[6] = n.z;
-            out[i].p[7] = 0.3f * s;
-        }
-    }
-    return count;
-}
-
-/* A map with rotation, unequal scale and translation. */
-static void random_map(test_rng *r, float spread, float scale, float m[12])
-{
-    rtk_vec3 x = rtk_unit(rtk_v3(test_range(r, -1, 1), test_range(r, -1, 1), test_range(r, -1, 1)));
-    rtk_vec3 y = rtk_unit(rtk_cross3(x, rtk_v3(test_range(r, -1, 1), test_range(r, -1, 1), test_range(r, -1, 1))));
-    rtk_vec3 z = rtk_cross3(x, y);
-    float s[3];
-    for (int k = 0; k < 3; k++)
-        s[k] = scale * powf(10.0f, test_range(r, -0.7f, 0.7f));
-    float rows[12] = {x.x * s[0], y.x * s[1], z.x * s[2], test_range(r, -spread, spread),
-                      x.y * s[0], y.y * s[1], z.y * s[2], test_range(r, -spread, spread),
-                      x.z * s[0], y.z * s[1], z.z * s[2], test_range(r, -spread, spread)};
-    memcpy(m, rows, sizeof rows);
-}
-
 /* One mesh as the whole scene, by both kd builders, for rays against brute force. */
 static void sweep_mesh(test_mesh *m, float scale, float move, uint64_t count, const char *what)
 {
@@ -264,8 +151,8 @@ static void test_soup(void **state)
 {
     test_mesh m = {0};
     (void)state;
-    soup(&m, 800, 0.2f, 5);
-    soup(&m, 8, 3.0f, 6);
+    test_mesh_soup(&m, 800, 0.2f, 5);
+    test_mesh_soup(&m, 8, 3.0f, 6);
     sweep_mesh(&m, 1.0f, 0.0f, ray_count(), "soup");
 }
 
@@ -273,7 +160,7 @@ static void test_slivers(void **state)
 {
     test_mesh m = {0};
     (void)state;
-    slivers(&m, 600);
+    test_mesh_slivers(&m, 600);
     sweep_mesh(&m, 1.0f, 0.0f, ray_count(), "slivers");
 }
 
@@ -281,7 +168,7 @@ static void test_lattice(void **state)
 {
     test_mesh m = {0};
     (void)state;
-    lattice(&m, 10);
+    test_mesh_lattice(&m, 10);
     sweep_mesh(&m, 1.0f, 0.0f, ray_count(), "lattice");
 }
 
@@ -289,7 +176,7 @@ static void test_nested(void **state)
 {
     test_mesh m = {0};
     (void)state;
-    nested(&m, 40);
+    test_mesh_nested(&m, 40);
     sweep_mesh(&m, 1.0f, 0.0f, ray_count(), "nested boxes");
 }
 
@@ -300,8 +187,8 @@ static void test_scaled_and_moved(void **state)
     (void)state;
     for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
         test_mesh m = {0};
-        soup(&m, 300, 0.2f, 9);
-        lattice(&m, 5);
+        test_mesh_soup(&m, 300, 0.2f, 9);
+        test_mesh_lattice(&m, 5);
         sweep_mesh(&m, places[i][0], places[i][1], ray_count() / 4, "soup and lattice, scaled and moved");
     }
 }
@@ -314,11 +201,11 @@ static void test_shapes(void **state)
     test_mesh m = {0};
     (void)state;
     test_world_init(&w, ctx);
-    soup(&m, 100, 0.3f, 11);
+    test_mesh_soup(&m, 100, 0.3f, 11);
     test_world_mesh(&w, 0, &m, 3);
-    test_world_shapes(&w, 0, shapes, all_shapes(shapes, 100, 12), 0xfffffffdu);
+    test_world_shapes(&w, 0, shapes, test_shapes_of_all_kinds(shapes, 100, 12), 0xfffffffdu);
     test_world_plane(&w, 0, (const float[3]){0, -0.5f, 0}, (const float[3]){0.1f, 1, 0.2f}, 4);
-    test_world_shapes(&w, 0, shapes, all_shapes(shapes, 100, 13), 5);
+    test_world_shapes(&w, 0, shapes, test_shapes_of_all_kinds(shapes, 100, 13), 5);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
     sweep(&w, rti_tracer_find("brute"), ray_count(), "shapes, masks, a plane");
     test_world_free(&w);
@@ -376,11 +263,11 @@ static void test_alpha(void **state)
     materials[1].alpha_tex = 0;
     materials[1].alpha_cut = 0.5f;
     test_world_init(&w, ctx);
-    soup(&m, 200, 0.5f, 32);
+    test_mesh_soup(&m, 200, 0.5f, 32);
     uint32_t child = test_world_group(&w);
     for (uint32_t group = 0; group <= child; group++) {
         test_world_mesh(&w, group, &m, 0xffffffffu);
-        test_world_shapes(&w, group, shapes, all_shapes(shapes, 60, 33 + group), 0xffffffffu);
+        test_world_shapes(&w, group, shapes, test_shapes_of_all_kinds(shapes, 60, 33 + group), 0xffffffffu);
         for (uint32_t k = 0; k < w.parts[group].geom_count; k++) {
             w.parts[group].geoms[k].flags = RTK_GEOM_ALPHA;
             w.parts[group].geoms[k].material = 1;
@@ -391,7 +278,7 @@ static void test_alpha(void **state)
     w.parts[0].geoms[2].material = 1;
     w.parts[0].geoms[2].t_dir[0] = 1.0f;
     for (int i = 0; i < 6; i++) {
-        random_map(&r, 2.0f, 0.5f, to_world);
+        test_random_map(&r, 2.0f, 0.5f, to_world);
         test_world_instance(&w, child, to_world, 0xffffffffu);
         w.instances[i].material = i == 0 ? 0 : RTK_INVALID; /* the first has the material without a map */
     }
@@ -416,17 +303,17 @@ static void sweep_instances(float spread, float scale, const char *what)
     test_rng r = {99};
     float map[12];
     test_world_init(&w, ctx);
-    soup(&m, 60, 0.4f, 21);
-    lattice(&n, 3);
+    test_mesh_soup(&m, 60, 0.4f, 21);
+    test_mesh_lattice(&n, 3);
     test_world_mesh(&w, 0, &n, 0xffffffffu);
     uint32_t a = test_world_group(&w), b = test_world_group(&w), c = test_world_group(&w);
     test_world_mesh(&w, a, &m, 0xffffffffu);
-    test_world_shapes(&w, b, shapes, all_shapes(shapes, 20, 22), 7);
+    test_world_shapes(&w, b, shapes, test_shapes_of_all_kinds(shapes, 20, 22), 7);
     test_world_mesh(&w, b, &n, 0xffffffffu);
     test_world_mesh(&w, c, &n, 0xffffffffu);
     test_world_plane(&w, c, (const float[3]){0, 0, 0}, (const float[3]){1, 2, 3}, 2);
     for (int i = 0; i < 24; i++) {
-        random_map(&r, spread, scale, map);
+        test_random_map(&r, spread, scale, map);
         test_world_instance(&w, i % 8 == 7 ? c : (i % 2 ? a : b), map, i % 5 == 4 ? 2u : 0xffffffffu);
         if (i % 6 == 5) /* the same again: equal t, the instance decides */
             test_world_instance(&w, i % 8 == 7 ? c : (i % 2 ? a : b), map, 0xffffffffu);
@@ -481,7 +368,7 @@ static void test_nothing(void **state)
     test_targets t;
     test_rng rng = {3};
     (void)state;
-    soup(&m, 3, 1.0f, 1);
+    test_mesh_soup(&m, 3, 1.0f, 1);
     test_world_init(&w, ctx);
     test_world_mesh(&w, 0, &m, 1);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
