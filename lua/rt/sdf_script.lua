@@ -55,10 +55,12 @@ local function text_of(node)
   return (node[1] == "" and "" or "rt." .. node[1] .. " ") .. "{ " .. table.concat(parts, ", ") .. " }"
 end
 
--- The sink of a reader that writes the script's text by write(text), part by part; texture_path(name) is the name of a texture in the script.
-function script.sink(texture_path, write)
+-- The sink of a reader that writes the script of the file called `name` by write(text), part by part; texture_path(name) is the name of a
+-- texture in the script.
+function script.sink(name, texture_path, write)
   return {
     header = function(header)
+      write(("-- Made from %s by `rtray convert`; it renders the same bits.\n"):format((name:gsub("[%c\127]", "?"))))
       write 'local rt = require "rt"\n\nreturn rt.scene {\n'
       write(("  settings = %s,\n  camera = %s,\n"):format(text_of(scene.settings), text_of(scene.camera(header))))
       write(("  ambient = %s,\n"):format(list(scene.ambient(header))))
@@ -75,9 +77,7 @@ end
 
 -- Reads the file at `path` and gives the whole script to write(text).
 function script.convert(path, texture_path, write)
-  local name = path:match "[^/]*$":gsub("[%c\127]", "?")
-  write(("-- Made from %s by `rtray convert`; it renders the same bits.\n"):format(name))
-  scene.read(path, script.sink(texture_path, write))
+  scene.read(path, script.sink(path:match "[^/]*$", texture_path, write))
   write "}\n"
 end
 

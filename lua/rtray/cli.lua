@@ -68,6 +68,11 @@ local function check_count(command, given)
     least = least + (argument.optional and 0 or 1)
     most = argument.many and math.huge or most + 1
   end
+  for i, text in ipairs(given) do
+    if text == "" and command.arguments[i] then
+      fault(command, "%s is empty", command.arguments[i].name)
+    end
+  end
   if #given < least then
     fault(command, "%s is missing", command.arguments[#given + 1].name)
   elseif #given > most then

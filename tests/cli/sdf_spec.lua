@@ -45,6 +45,7 @@ describe("the old scene definition files", function()
       assert.equal(("rtray render: %s%s:%s\n"):format(CORPUS, name, promised), r.err)
       r = rtray { "convert", CORPUS .. name, "-o", "-" }
       assert.equal(1, r.status, name)
+      assert.is_true(r.out == "" or r.out:find "^%-%- Made from" ~= nil)
       assert.equal(("rtray convert: %s%s:%s\n"):format(CORPUS, name, promised), r.err)
     end
   end)
