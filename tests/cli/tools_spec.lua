@@ -70,6 +70,17 @@ describe("verify", function()
     assert.is_true(a.equal and a.same_description)
   end)
 
+  it("lets the cost view differ between structures, and only there", function()
+    local r = rtray { "verify", support.small(), "--integrator", "cost", "--workers", "1,3", "--tiles", "8,64" }
+    assert.equal(0, r.status, r.out)
+    assert.truthy(r.out:find("one image of each structure", 1, true), r.out)
+    local hashes = {}
+    for tracer, hash in r.out:gmatch "\n(%w+) +%d+ +(%x+)" do
+      hashes[tracer] = hash
+    end
+    assert.not_equal(hashes.brute, hashes.octree)
+  end)
+
   it("finds a script that describes another scene each time", function()
     local folder = support.folder()
     local path = support.write(folder .. "/s.lua", [[
