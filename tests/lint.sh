@@ -6,8 +6,16 @@ cd "$(dirname "$0")/.." || exit 1
 ran=
 bad=0
 have() { command -v "$1" >/dev/null 2>&1; }
-# files PATTERN...: the tracked files of these patterns, one a line.
-files() { git ls-files -- "$@" 2>/dev/null || find . -path './out*' -prune -o -type f -print; }
+# files PATTERN...: the tracked files of these patterns, one a line; in an unpacked archive, all that are there.
+files() {
+    if git rev-parse --git-dir >/dev/null 2>&1; then
+        git ls-files -- "$@"
+        return
+    fi
+    for pattern in "$@"; do
+        find . -path './out*' -prune -o -path "./$pattern" -type f -print
+    done
+}
 
 if have luacheck && [ -n "$(files '*.lua' '*.luacheckrc')" ]; then
     ran="$ran luacheck"
