@@ -131,6 +131,23 @@ function scene.add_item(self, item, place)
   adder(self, item, place)
 end
 
+-- Adds all items of a list. What the library refuses is said with the item's place, since the script's line is only where the list ends.
+local function add_items(self, list, who)
+  local current, where
+  local ok, message = pcall(items.walk, list, who, function(item, place)
+    current, where = item, place
+    scene.add_item(self, item, place)
+  end)
+  if not ok then
+    local failure = core.last_failure()
+    if failure and type(message) == "string" and message:sub(-#failure.text) == failure.text then
+      message = ("%s%s (%s): %s"):format(message:sub(1, -#failure.text - 1), where(), tostring(current), failure.text)
+    end
+    error(message, 0)
+  end
+  log.deliver()
+end
+
 -- scene:add(item, ...): more objects, or lists of them. The next render or query sees them.
 function methods.add(self, ...)
   local list = { ... }
@@ -140,10 +157,7 @@ function methods.add(self, ...)
     end
   end
   self.dirty = true
-  items.walk(list, "scene:add", function(item, place)
-    scene.add_item(self, item, place)
-  end)
-  log.deliver()
+  add_items(self, list, "scene:add")
   return self
 end
 
@@ -218,10 +232,7 @@ function scene.new(t)
       positional[key] = value
     end
   end
-  items.walk(positional, "rt.scene", function(item, place)
-    scene.add_item(self, item, place)
-  end)
-  log.deliver()
+  add_items(self, positional, "rt.scene")
   return self
 end
 

@@ -112,6 +112,21 @@ return rt.scene { s }]])
     end)
   end)
 
+  it("shows a real mesh", function()
+    local path = support.scenes .. "/bunny.ply"
+    local file = io.open(path)
+    if not file then
+      pending("no bunny.ply in " .. support.scenes)
+      return
+    end
+    file:close()
+    local scene = rt.load(path, {}, { settings = { width = 48, height = 36, samples = 1 } })
+    assert.is_true(scene:info().triangles > 60000)
+    local stats = scene:render():stats()
+    assert.equal(0, stats.not_finite)
+    assert.is_true(stats.mean[1] > 0.1 and stats.max[1] > stats.min[1])
+  end)
+
   it("reads old scene definitions", function()
     support.in_folder(function(folder)
       local path = support.write(folder .. "/p.sdf", "BEGIN_SCENE\nVIEWPOINT 0,0,10\nLIGHTPOINT 5,5,5\nEND_SCENE\n"

@@ -74,6 +74,7 @@ describe("rt.params", function()
       assert.equal(rt.vec(1, 0, 0), v.axis)
       assert.equal("1.5", v.title)
       assert.equal("/b.png", v.picture)
+      assert.is_truthy(run(path, { picture = "b.png" }).picture:find "^/.*/b.png$") -- from the command line, relative to where that is
       assert.equal(rt.srgb "#ff0000", run(path, { tint = "#ff0000" }).tint)
       assert.equal(9, run(path, { count = 9 }).count)
     end)
