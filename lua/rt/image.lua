@@ -50,7 +50,12 @@ local function make(t)
     local pixel, set_pixel = o.pixel, methods.set_pixel
     for y = 0, o.height - 1 do
       for x = 0, o.width - 1 do
-        set_pixel(made, x, y, pixel(x, y))
+        local r, g, b, coverage = pixel(x, y)
+        if not (math.type(r) and math.type(g) and math.type(b) and (coverage == nil or math.type(coverage))) then
+          local got = ("%s, %s, %s"):format(check.describe(r), check.describe(g), check.describe(b))
+          check.fail("rt.image: pixel(%d, %d) must return three numbers; got %s", x, y, got)
+        end
+        set_pixel(made, x, y, r, g, b, coverage)
       end
     end
   end

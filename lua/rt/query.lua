@@ -43,6 +43,7 @@ end
 -- All hits along a ray in their order, `most` (1024) at most.
 function queries.intersect_all(self, ray, most)
   self:commit()
+  most = check.integer { low = 1, high = 1024 }(most or 1024, "scene:intersect_all", "the count")
   local hits = core.intersect_all(self.handle, ray_of(ray, "scene:intersect_all"), most)
   for _, hit in ipairs(hits) do
     name_hit(self, hit)

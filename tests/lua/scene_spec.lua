@@ -210,6 +210,9 @@ describe("a ray", function()
   end)
 
   it("is checked", function()
+    raises("scene:intersect_all: the count must be a whole number from 1 to 1024; got 0", function()
+      return scene:intersect_all({ org = { 0, 0, 0 }, dir = { 0, 0, 1 } }, 0), nil
+    end)
     raises("scene:intersect: dir is missing", function() return scene:intersect { org = { 0, 0, 0 } }, nil end)
     raises("scene:intersect: dir is zero and so has no direction", function()
       return scene:intersect { org = { 0, 0, 0 }, dir = { 0, 0, 0 } }, nil
