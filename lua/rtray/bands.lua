@@ -46,10 +46,10 @@ function bands.render(opened, target, values)
   return 0
 end
 
--- Does a render at once take more than the memory there is (or the limit the user set)?
+-- Does a render at once take more than the limit the user set, or than half of the free memory (others live on the machine too)?
 function bands.needed(scene)
   local limit = scene:effective().memory_limit or 0
-  local free = require("rt").machine().memory_available
+  local free = require("rt").machine().memory_available // 2
   return scene:memory() > (limit > 0 and math.min(limit, free) or free)
 end
 
