@@ -107,7 +107,7 @@ static rt_status png_write_head(rti_saver *s, png_state *p)
         return p->status;
     p->info = png_create_info_struct(p->png);
     if (!p->info)
-        return p->status ? p->status : rti_fail_memory(s->ctx, s->name, sizeof p->info);
+        return p->status ? p->status : rti_fail_memory(s->ctx, s->name, sizeof(png_infop));
     png_set_write_fn(p->png, s, png_put, png_sync);
     png_set_user_limits(p->png, 0x7fffffff, 0x7fffffff);
     png_set_IHDR(p->png, p->info, s->width, s->height, (int)s->bits, colour, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,

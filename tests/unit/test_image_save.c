@@ -2,7 +2,9 @@
 #include "../support/fixture.h"
 
 #include <math.h>
+#include <signal.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "librt/image.h"
@@ -295,6 +297,37 @@ static void test_full_disk(void **state)
     rt_image_destroy(image);
 }
 
+/* A disk that fills up while the file is being written: the old one stays, nothing is left beside it. */
+static void test_no_room_half_way(void **state)
+{
+    static const char *const names[] = {"old.png", "old.jpg", "old.bmp", "old.tga", "old.hdr"};
+    struct rlimit before, small;
+    rt_image *image = picture(400, 400);
+    (void)state;
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    signal(SIGXFSZ, SIG_IGN);
+    small = before;
+    small.rlim_cur = 2000;
+    for (size_t i = 0; i < RTI_COUNT(names); i++) {
+        size_t size;
+        test_file(&t, names[i], "old", 3);
+        setrlimit(RLIMIT_FSIZE, &small);
+        rt_status status = rt_image_save(image, t.path, NULL);
+        setrlimit(RLIMIT_FSIZE, &before);
+        assert_true(status == RT_ERROR_IO || status == RT_ERROR_UNSUPPORTED);
+        if (status == RT_ERROR_IO)
+            test_says(&t, "too large");
+        unsigned char *bytes = test_slurp(t.path, &size);
+        assert_int_equal(size, 3);
+        assert_memory_equal(bytes, "old", 3);
+        free(bytes);
+        assert_int_equal(unlink(t.path), 0);
+    }
+    signal(SIGXFSZ, SIG_DFL);
+    assert_int_equal(rmdir(t.folder), 0); /* it is empty */
+    rt_image_destroy(image);
+}
+
 static void test_old_file_stays(void **state)
 {
     rti_row_writer *w;
@@ -390,6 +423,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_same_bytes, setup, teardown),
         cmocka_unit_test_setup_teardown(test_refused, setup, teardown),
         cmocka_unit_test_setup_teardown(test_full_disk, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_no_room_half_way, setup, teardown),
         cmocka_unit_test_setup_teardown(test_old_file_stays, setup, teardown),
         cmocka_unit_test_setup_teardown(test_standard_output, setup, teardown),
         cmocka_unit_test_setup_teardown(test_no_memory, setup, teardown),

@@ -164,7 +164,7 @@ static rt_status decode_rows(const rti_image_source *src, const hdr_head *h, uin
 
 rt_status rti_hdr_decode(const rti_image_source *src, rti_pixels *out)
 {
-    hdr_head h;
+    hdr_head h = {0};
     rt_status status = read_head(src, &h);
     if (status)
         return status;

@@ -46,7 +46,7 @@ static const char *reason(rti_model *model, char *text, size_t size)
 static rt_status read_libraries(rti_model *model, const char *path, const char *names)
 {
     char why[400];
-    bool missing;
+    bool missing = false;
     rt_status status = read_library(model, path, names, strlen(names), &missing);
     if (status || !missing)
         return status;

@@ -150,7 +150,7 @@ static rt_status texture(mtl_reader *r, const char **out)
 
 static rt_status transparency(mtl_reader *r, bool is_d)
 {
-    float x;
+    float x = 0;
     rti_lines before = r->lines;
     if (!rti_word_is(rti_lines_word(&r->lines), "-halo"))
         r->lines = before;
@@ -185,7 +185,7 @@ static rt_status look_line(mtl_reader *r, rti_word key)
     if (rti_word_is(key, "map_d"))
         return texture(r, &k->opacity_map);
     if (rti_word_is(key, "illum")) {
-        float n;
+        float n = 0;
         rt_status status = number(r, "illum", 0, 10, &n);
         if (!status)
             k->illum = (int)n;

@@ -73,15 +73,16 @@ static rt_status value(ply *f, uint8_t type, double *out)
 /* A list's count, held against the bytes left. */
 static rt_status list_count(ply *f, const ply_property *q, uint64_t *count)
 {
-    double n;
+    double n = 0;
     rt_status status = value(f, q->count_type, &n);
     if (status)
         return status;
     uint64_t left = (uint64_t)(f->end - f->p), item = f->coding == PLY_ASCII ? 1 : rti_ply_size(q->type);
     if (!(n >= 0) || n != floor(n))
         return rti_ply_fail(f, "a list cannot have %s items", rti_num_double((char[32]){0}, n));
-    if (n > (double)(left / item))
-        return rti_ply_fail(f, "a list of %s items, but only %llu bytes are left: the file is cut or damaged",
+    left /= item;
+    if (n > (double)left)
+        return rti_ply_fail(f, "a list of %s items, but no more than %llu fit into the rest: the file is cut or damaged",
                             rti_num_double((char[32]){0}, n), (unsigned long long)left);
     *count = (uint64_t)n;
     return RT_OK;
@@ -183,7 +184,7 @@ static rt_status read_vertices(ply *f, const ply_element *e, rti_part *part)
 {
     vertex_shape s = {0};
     uint32_t strange = 0;
-    double v[PLY_SCALARS];
+    double v[PLY_SCALARS] = {0};
     rt_status status = vertex_head(f, e, &s);
     if (status)
         return status;
@@ -227,7 +228,7 @@ static rt_status read_corner(ply *f, const ply_property *q, uint64_t vertex_coun
 static rt_status read_corners(ply *f, const ply_element *e, const ply_property *q, const rti_part *part, uint64_t face,
                               corner_list *c)
 {
-    uint64_t n;
+    uint64_t n = 0;
     rt_status status = list_count(f, q, &n);
     if (status)
         return status;

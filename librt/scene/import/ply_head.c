@@ -45,9 +45,9 @@ static uint8_t type_of(word w)
 {
     static const char *const names[] = {"char", "uchar", "short", "ushort", "int", "uint", "float", "double"};
     static const char *const sized[] = {"int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64"};
-    for (uint8_t i = 0; i < PLY_NO_TYPE; i++)
+    for (unsigned i = 0; i < PLY_NO_TYPE; i++)
         if (is(w, names[i]) || is(w, sized[i]))
-            return i;
+            return (uint8_t)i;
     return PLY_NO_TYPE;
 }
 

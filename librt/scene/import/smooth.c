@@ -163,7 +163,7 @@ static void join_edges(smoother *s)
 {
     clear_table(s);
     for (uint32_t edge = 0; edge < 3 * s->part->triangle_count; edge++) {
-        uint32_t ends[2], corners[2], other_ends[2], other[2];
+        uint32_t ends[2], corners[2], other_ends[2], other[2] = {0};
         edge_ends(s, edge, ends, corners);
         size_t at = mix(ends[0] | (uint64_t)ends[1] << 32) & (s->table_size - 1);
         for (; s->table[at] != NONE; at = (at + 1) & (s->table_size - 1)) {

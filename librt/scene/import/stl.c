@@ -81,16 +81,16 @@ static rt_status read_binary(stl *f, const char *bytes, size_t size)
 {
     rt_context *ctx = f->model->ctx;
     const unsigned char *p = (const unsigned char *)bytes + 84;
-    uint64_t count = size < 84 ? 0 : (uint32_t)p[-4] | (uint32_t)p[-3] << 8 | (uint32_t)p[-2] << 16 | (uint32_t)p[-1] << 24;
+    uint32_t count = size < 84 ? 0 : (uint32_t)p[-4] | (uint32_t)p[-3] << 8 | (uint32_t)p[-2] << 16 | (uint32_t)p[-1] << 24;
     if (size < 84 || count > (size - 84) / 50)
         return rti_fail(ctx, RT_ERROR_FORMAT,
                         "%s: this binary STL file is cut: it has %zu bytes and needs %llu for its %llu facets", f->model->name,
-                        size, (unsigned long long)(84 + 50 * count), (unsigned long long)count);
+                        size, 84 + 50ull * count, (unsigned long long)count);
     rt_status status = RT_OK;
     if (!rti_part_reserve_triangles(ctx, f->part, count) || !rti_part_reserve(ctx, f->part, count / 2 + 3, false, false, false))
         return rti_fail_memory(ctx, f->model->name, 12 * (size_t)count);
     for (uint64_t i = 0; i < count && !status; i++, p += 50) {
-        float corners[9];
+        float corners[9] = {0};
         for (int k = 0; k < 9; k++) {
             const unsigned char *q = p + 12 + 4 * k;
             uint32_t bits = (uint32_t)q[0] | (uint32_t)q[1] << 8 | (uint32_t)q[2] << 16 | (uint32_t)q[3] << 24;
@@ -101,8 +101,8 @@ static rt_status read_binary(stl *f, const char *bytes, size_t size)
         }
         status = add_facet(f, corners);
     }
-    if (!status && 84 + 50 * count < size)
-        rti_model_warn(f->model, "%llu bytes behind the last facet were left out", (unsigned long long)(size - 84 - 50 * count));
+    if (!status && 84 + 50ull * count < size)
+        rti_model_warn(f->model, "%llu bytes behind the last facet were left out", (unsigned long long)size - 84 - 50ull * count);
     return status;
 }
 
@@ -165,7 +165,7 @@ static rt_status take_numbers(stl *f, float *out, bool must_be_finite)
 
 static rt_status take_facet(stl *f)
 {
-    float normal[3], corners[9];
+    float normal[3], corners[9] = {0};
     if (!take(f, "normal"))
         return fail_line(f, "'normal'");
     rt_status status = take_numbers(f, normal, false); /* not used: the corners tell it better */
