@@ -73,7 +73,7 @@ RTK_FN int RTK_NAME(instances)(rtk_query *q)
     for (i = 0u; i < s->unbounded_count; i++)
         if (RTK_NAME(instance)(q, s->unbounded[i], q->ray.org, 0.0f))
             return 1;
-    if (s->instance_count == s->unbounded_count || !rtk_ray_prepare(q->ray, s->top_lo, s->top_hi, s->top_scale, &top))
+    if (!(s->top_lo.x <= s->top_hi.x) || !rtk_ray_prepare(q->ray, s->top_lo, s->top_hi, s->top_scale, &top))
         return 0;
     return RTK_NAME(top_walk)(q, s->RTK_TOP_TREE, s->instance_count, &top, 0.0f);
 }

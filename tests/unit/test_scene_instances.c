@@ -1,0 +1,221 @@
+/* Instances under every tracer: their boxes have grown enough that no ray's rounding leaves them (scene/transform.c). */
+#include "scene_kit.h"
+
+#include <math.h>
+
+static uint32_t seed = 11;
+
+static float random_range(float lo, float hi)
+{
+    seed = seed * 1664525u + 1013904223u;
+    return lo + (hi - lo) * (float)(seed >> 8) / 16777216.0f;
+}
+
+static rt_vec3 random_vec(float size)
+{
+    rt_vec3 v = {random_range(-size, size), random_range(-size, size), random_range(-size, size)};
+    return v;
+}
+
+/* A transform that rounding suffers under: stretched on one axis after and before turning, moved far in comparison with its size.
+ */
+static rt_transform nasty(int round, float far)
+{
+    float stretch = powf(10, random_range(-3, 3));
+    rt_transform t = rt_transform_rotate(random_vec(1), random_range(0, 360));
+    t = rt_transform_multiply(rt_transform_scale((rt_vec3){1, round % 2 ? stretch : 1, 1}), t);
+    t = rt_transform_multiply(rt_transform_rotate(random_vec(1), random_range(0, 360)), t);
+    if (round % 3 == 0)
+        t = rt_transform_multiply(rt_transform_scale((rt_vec3){-1, 1, 1}), t); /* mirrored */
+    return rt_transform_multiply(rt_transform_translate(random_vec(far)), t);
+}
+
+static rt_vec3 apply(const rt_transform *t, rt_vec3 p)
+{
+    const float *m = t->m;
+    return (rt_vec3){m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3], m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
+                     m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
+}
+
+/* A child of a few triangles whose corners touch its box, and a sphere that does. off: how far from its own origin. */
+static rt_scene *make_child(rt_context *ctx, float off, rt_vec3 corners[12])
+{
+    rt_scene *child = kit_scene(ctx);
+    rt_mesh_desc d = rt_mesh_desc_default();
+    uint32_t indices[12];
+    for (uint32_t i = 0; i < 12; i++) {
+        corners[i] = (rt_vec3){off + (i & 1 ? 1.0f : -1.0f), random_range(-1, 1), i & 2 ? 1.0f : -1.0f};
+        indices[i] = i;
+    }
+    d.positions = &corners[0].x;
+    d.vertex_count = 12;
+    d.indices = indices;
+    d.triangle_count = 4;
+    assert_int_equal(rt_scene_add_mesh(child, &d, NULL), RT_OK);
+    kit_sphere(child, off, 0, 0, 1);
+    kit_ok(ctx, rt_scene_commit(child, NULL));
+    return child;
+}
+
+enum { INSTANCES = 24, RAYS = 1500 };
+
+/* Rays at corners, edges and insides, from near and from 10^4 extents away. */
+static rt_ray aim(const rt_transform *t, const rt_vec3 *corners, float far)
+{
+    uint32_t k = (uint32_t)random_range(0, 3.99f) * 3, i = (uint32_t)random_range(0, INSTANCES - 0.01f);
+    float u = random_range(0, 1), v = random_range(0, 1) * (1 - u);
+    rt_vec3 a = corners[k], b = corners[k + 1], c = corners[k + 2], p, to, from = random_vec(far);
+    if (random_range(0, 1) < 0.3f)
+        v = 0; /* on an edge */
+    if (random_range(0, 1) < 0.2f)
+        u = v = 0; /* at a corner */
+    p = (rt_vec3){a.x + u * (b.x - a.x) + v * (c.x - a.x), a.y + u * (b.y - a.y) + v * (c.y - a.y),
+                  a.z + u * (b.z - a.z) + v * (c.z - a.z)};
+    to = apply(&t[i], p);
+    return kit_ray(from.x, from.y, from.z, to.x - from.x, to.y - from.y, to.z - from.z);
+}
+
+static void compare_tracers(rt_context *ctx, rt_scene *scene, const rt_ray *rays, uint32_t *hit_count)
+{
+    static const char *const tracers[] = {"brute", "kdtree", "octree"};
+    rt_hit *hits = malloc(2 * RAYS * sizeof *hits);
+    uint8_t occluded[RAYS];
+    for (int k = 0; k < 3; k++) {
+        assert_int_equal(rt_scene_set_tracer(scene, tracers[k]), RT_OK);
+        kit_ok(ctx, rt_scene_commit(scene, NULL));
+        rt_scene_intersect(scene, rays, hits + (k ? RAYS : 0), RAYS);
+        rt_scene_occluded(scene, rays, occluded, RAYS);
+        for (int i = 0; i < RAYS; i++) {
+            if (k == 0)
+                *hit_count += hits[i].prim_id != RT_INVALID_ID;
+            else if (memcmp(&hits[i], &hits[RAYS + i], sizeof *hits) != 0)
+                fail_msg("%s, ray %d: t %.9g, not %.9g", tracers[k], i, (double)hits[RAYS + i].t, (double)hits[i].t);
+            assert_int_equal(occluded[i], hits[i].prim_id != RT_INVALID_ID);
+        }
+    }
+    free(hits);
+}
+
+static void test_bounds_hold(void **state)
+{
+    static const float offs[] = {0, 0, 1000, 0}, fars[] = {20, 3000, 20, 20}, reach[] = {50, 5000, 3000, 2e6f};
+    rt_context *ctx = kit_context(NULL, 1);
+    uint32_t hit_count = 0;
+    (void)state;
+    for (int round = 0; round < 12; round++) {
+        rt_vec3 corners[12];
+        rt_transform t[INSTANCES];
+        rt_scene *child = make_child(ctx, offs[round % 4], corners), *scene = kit_scene(ctx);
+        rt_instance_desc d = rt_instance_desc_default();
+        rt_ray rays[RAYS];
+        d.child = child;
+        for (int i = 0; i < INSTANCES; i++) {
+            t[i] = nasty(round + i, fars[round % 4]);
+            d.transform = t[i];
+            kit_ok(ctx, rt_scene_add_instance(scene, &d, NULL));
+        }
+        for (int i = 0; i < RAYS; i++)
+            rays[i] = aim(t, corners, reach[round % 4]);
+        compare_tracers(ctx, scene, rays, &hit_count);
+        rt_scene_destroy(child);
+        rt_scene_destroy(scene);
+    }
+    assert_true(hit_count > 12 * RAYS / 3);
+    rt_context_destroy(ctx);
+}
+
+/* A child with a plane is met by every ray; an empty child and a removed instance by none; materials and masks are the parent's.
+ */
+static void test_odd_children(void **state)
+{
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *floor = kit_scene(ctx), *empty = kit_scene(ctx), *ball = kit_scene(ctx), *scene = kit_scene(ctx);
+    rt_plane_desc plane = rt_plane_desc_default();
+    rt_instance_desc d = rt_instance_desc_default();
+    rt_material_desc md = rt_material_desc_default();
+    rt_material red;
+    rt_instance removed, on_floor;
+    rt_ray down = kit_ray(1000, 50, -3000, 0, -1, 0), ray;
+    rt_hit hit;
+    rt_surface s;
+    (void)state;
+    md.color = (rt_vec3){1, 0, 0};
+    assert_int_equal(rt_scene_add_material(scene, &md, &red), RT_OK);
+    assert_int_equal(rt_scene_add_plane(floor, &plane, NULL), RT_OK);
+    kit_sphere(floor, 0, 0, 0, 1);
+    kit_sphere(ball, 0, 0, 0, 1);
+    kit_ok(ctx, rt_scene_commit(floor, NULL));
+    kit_ok(ctx, rt_scene_commit(empty, NULL));
+    kit_ok(ctx, rt_scene_commit(ball, NULL));
+    d.child = empty;
+    kit_ok(ctx, rt_scene_add_instance(scene, &d, NULL));
+    kit_ok(ctx, rt_scene_commit(scene, NULL)); /* nothing to find, and a place in the table */
+    assert_int_equal(kit_hit(scene, kit_ray(0, 0, 9, 0, 0, -1)).prim_id, RT_INVALID_ID);
+    d.child = ball;
+    kit_ok(ctx, rt_scene_add_instance(scene, &d, &removed));
+    d.child = floor;
+    d.transform = rt_transform_translate((rt_vec3){0, 10, 0});
+    d.material = red;
+    kit_ok(ctx, rt_scene_add_instance(scene, &d, &on_floor));
+    kit_ok(ctx, rt_scene_remove_instance(scene, removed));
+    kit_ok(ctx, rt_scene_commit(scene, NULL));
+    hit = kit_hit(scene, down);
+    assert_true(hit.inst_id == on_floor.id && hit.geom_id == 0 && hit.t == 40);
+    rt_scene_surface(scene, &down, &hit, &s);
+    assert_int_equal(s.material.id, red.id);
+    assert_int_equal(s.material_scene, 0);
+    assert_true(s.color.x == 1 && s.color.y == 0);
+    ray = kit_ray(0, 50, 0, 0, -1, 0);
+    hit = kit_hit(scene, ray);
+    assert_true(hit.inst_id == on_floor.id && hit.geom_id == 1 && fabsf(hit.t - 39) < 1e-4f);
+    assert_int_equal(kit_hit(scene, kit_ray(0, 0, 9, 0, 0, -1)).prim_id, RT_INVALID_ID);
+    rt_scene_destroy(floor);
+    rt_scene_destroy(empty);
+    rt_scene_destroy(ball);
+    rt_scene_destroy(scene);
+    rt_context_destroy(ctx);
+}
+
+/* Materials and textures of children stand behind the parent's: a surface says whose they are. */
+static void test_tables(void **state)
+{
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *child[2] = {kit_scene(ctx), kit_scene(ctx)}, *scene = kit_scene(ctx);
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        uint8_t pixel[3] = {255, (uint8_t)(i ? 255 : 0), 0};
+        rt_texture_desc td = rt_texture_desc_default();
+        rt_material_desc md = rt_material_desc_default();
+        rt_instance_desc d = rt_instance_desc_default();
+        rt_material m;
+        td.width = td.height = 1;
+        td.pixels = pixel;
+        assert_int_equal(rt_scene_add_texture(child[i], &td, &md.color_texture), RT_OK);
+        assert_int_equal(rt_scene_add_material(child[i], &md, &m), RT_OK);
+        assert_int_equal(rt_scene_set_geometry_material(child[i], (rt_geometry){kit_square(child[i], 1, 0)}, m), RT_OK);
+        kit_ok(ctx, rt_scene_commit(child[i], NULL));
+        d.child = child[i];
+        d.transform = rt_transform_translate((rt_vec3){10 * (float)i, 0, 0});
+        kit_ok(ctx, rt_scene_add_instance(scene, &d, NULL));
+    }
+    kit_ok(ctx, rt_scene_commit(scene, NULL));
+    for (int i = 0; i < 2; i++) {
+        rt_ray ray = kit_ray(10 * (float)i, 0.1f, 5, 0, 0, -1);
+        rt_hit hit = kit_hit(scene, ray);
+        rt_surface s;
+        rt_scene_surface(scene, &ray, &hit, &s);
+        assert_int_equal(s.material.id, 1);
+        assert_int_equal(s.material_scene, 1 + i);
+        assert_true(s.color.x == 1 && s.color.y == (float)i && s.color.z == 0);
+        rt_scene_destroy(child[i]);
+    }
+    rt_scene_destroy(scene);
+    rt_context_destroy(ctx);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_bounds_hold), cmocka_unit_test(test_odd_children),
+                                       cmocka_unit_test(test_tables)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
