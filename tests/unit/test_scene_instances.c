@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "scene/scene.h"
+
 static uint32_t seed = 11;
 
 static float random_range(float lo, float hi)
@@ -124,6 +126,44 @@ static void test_bounds_hold(void **state)
     rt_context_destroy(ctx);
 }
 
+/* The bound itself: a ray mapped into an instance as the tracers map it, and the point at t mapped back without rounding, differ
+ * by no more than the growth; and the bound is not far off: some ray uses a good part of it. */
+static void test_growth(void **state)
+{
+    double most = 0.0;
+    uint32_t checked = 0;
+    (void)state;
+    for (int round = 0; round < 3000; round++) {
+        float far = powf(10, random_range(0, 4)), reach = 2 * far, by[3];
+        rt_transform t = nasty(round, far);
+        rtk_xfm m, w;
+        memcpy(m.m, t.m, sizeof m.m);
+        if (!rti_xfm_invert(&m, &w))
+            continue;
+        rti_xfm_growth(&m, &w, reach, by);
+        for (int i = 0; i < 20; i++) {
+            rt_vec3 from = random_vec(4 * reach), to = random_vec(reach);
+            float scale = powf(10, random_range(-3, 3));
+            rtk_vec3 o = rtk_v3(from.x, from.y, from.z);
+            rtk_vec3 d = rtk_v3((to.x - from.x) * scale, (to.y - from.y) * scale, (to.z - from.z) * scale);
+            rtk_vec3 oo = rtk_xfm_point(w, o), od = rtk_xfm_dir(w, d);
+            double at = 1.0 / scale, q[3] = {oo.x + at * od.x, oo.y + at * od.y, oo.z + at * od.z};
+            double p[3] = {o.x + at * d.x, o.y + at * d.y, o.z + at * d.z};
+            if (fabs(p[0]) > reach || fabs(p[1]) > reach || fabs(p[2]) > reach)
+                continue;
+            for (int k = 0; k < 3; k++) {
+                double back = m.m[4 * k] * q[0] + m.m[4 * k + 1] * q[1] + m.m[4 * k + 2] * q[2] + m.m[4 * k + 3];
+                double used = fabs(back - p[k]) / by[k];
+                assert_true(used <= 1.0);
+                most = fmax(most, used);
+            }
+            checked++;
+        }
+    }
+    assert_true(checked > 30000);
+    assert_true(most > 0.05);
+}
+
 /* A child with a plane is met by every ray; an empty child and a removed instance by none; materials and masks are the parent's.
  */
 static void test_odd_children(void **state)
@@ -215,7 +255,7 @@ static void test_tables(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_bounds_hold), cmocka_unit_test(test_odd_children),
-                                       cmocka_unit_test(test_tables)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_bounds_hold), cmocka_unit_test(test_growth),
+                                       cmocka_unit_test(test_odd_children), cmocka_unit_test(test_tables)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
