@@ -123,7 +123,7 @@ static rt_camera_desc describe(const rtk_camera *c)
     if (c->type == RTK_CAMERA_ORTHOGRAPHIC)
         d.height = 2.0f * c->half_height;
     else
-        d.fov_deg = (float)(2.0 * atan(c->half_height) / 0.017453292519943295);
+        d.fov_deg = (float)(2.0 * atan((double)c->half_height) / 0.017453292519943295);
     return d;
 }
 

@@ -241,10 +241,10 @@ static rt_status collect_children(rti_commit *c)
     qsort(uses, count, sizeof *uses, by_child);
     count = first_uses(uses, count);
     c->child_capacity = count;
-    c->children = rti_alloc_array(scene->ctx, count, sizeof *c->children);
-    c->child_scenes = rti_alloc_array(scene->ctx, count, sizeof *c->child_scenes);
+    c->children = rti_alloc_array(scene->ctx, count, sizeof(rti_snapshot *));
+    c->child_scenes = rti_alloc_array(scene->ctx, count, sizeof(rt_scene *));
     if (!c->children || !c->child_scenes)
-        status = rti_fail_memory(scene->ctx, c->call, count * sizeof *c->children);
+        status = rti_fail_memory(scene->ctx, c->call, count * sizeof(rti_snapshot *));
     for (uint32_t i = 0; i < count && status == RT_OK; i++)
         status = take_child(c, uses[i].child, uses[i].instance);
     if (status == RT_OK)
@@ -257,8 +257,8 @@ static void release_children(rti_commit *c)
 {
     for (uint32_t i = 0; i < c->child_count; i++)
         rti_snapshot_release(c->children[i]);
-    rti_free(c->scene->ctx, c->children, c->child_capacity * sizeof *c->children);
-    rti_free(c->scene->ctx, c->child_scenes, c->child_capacity * sizeof *c->child_scenes);
+    rti_free(c->scene->ctx, c->children, c->child_capacity * sizeof(rti_snapshot *));
+    rti_free(c->scene->ctx, c->child_scenes, c->child_capacity * sizeof(rt_scene *));
 }
 
 /* ---- the whole ---- */

@@ -69,7 +69,7 @@ rt_status rti_commit_materials(rti_commit *c)
                         "%s: with those of its instances the scene has %zu materials; at most %u fit", c->call, count,
                         RTI_MAX_PRIMS);
     status = rti_commit_table(c, count, sizeof *to, &block, &size, &records);
-    if (status != RT_OK)
+    if (!records)
         return status;
     take_textures(c);
     to = records;

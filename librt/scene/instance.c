@@ -104,8 +104,10 @@ rt_status rt_scene_set_instance_transform(rt_scene *scene, rt_instance instance,
     static const char call[] = "rt_scene_set_instance_transform";
     rti_inst *slot = NULL;
     rt_status status = find(scene, call, instance, &slot);
-    if (status == RT_OK && !transform)
-        status = rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: transform is NULL", call);
+    if (!slot)
+        return status;
+    if (!transform)
+        return status == RT_OK ? rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: transform is NULL", call) : status;
     if (status == RT_OK)
         status = check_transform(scene->ctx, call, transform);
     if (status == RT_OK)

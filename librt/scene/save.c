@@ -115,7 +115,7 @@ static rt_status save(rti_snapshot *s, const char *path)
     rti_snapshot_each(s, count_chunks, &count);
     w.offset = (sizeof(rti_blob_header) + count * sizeof *w.entries + 63u) & ~(uint64_t)63u;
     w.entries = rti_alloc_zero(ctx, count * sizeof *w.entries);
-    w.chunks = rti_alloc_array(ctx, count, sizeof *w.chunks);
+    w.chunks = rti_alloc_array(ctx, count, sizeof(rti_chunk *));
     if (w.entries && w.chunks) {
         rti_snapshot_each(s, put_entry, &w);
         status = rti_writer_open(ctx, path, &out);
@@ -128,7 +128,7 @@ static rt_status save(rti_snapshot *s, const char *path)
         status = rti_fail_memory(ctx, "rt_scene_save", count * sizeof *w.entries);
     }
     rti_free(ctx, w.entries, count * sizeof *w.entries);
-    rti_free(ctx, w.chunks, count * sizeof *w.chunks);
+    rti_free(ctx, w.chunks, count * sizeof(rti_chunk *));
     return status;
 }
 

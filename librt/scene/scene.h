@@ -128,7 +128,7 @@ typedef struct rti_mesh_want {
     bool normals, uvs;
     uint32_t colors, materials, faces;
 } rti_mesh_want;
-rt_status rti_mesh_make(rt_context *ctx, const char *call, const rti_mesh_want *want, rti_mesh **mesh);
+rt_status rti_mesh_make(rt_context *ctx, const char *call, const rti_mesh_want *want, rti_mesh **out);
 void rti_mesh_free(rt_context *ctx, rti_mesh *mesh); /* NULL is fine */
 /* What every add begins with: the scene can be edited, the descriptor is sound (copied over the defaults in full), so are its
  * common fields. common points into full. */
@@ -142,7 +142,7 @@ typedef struct rti_texels {
     uint32_t channels; /* 1, 3 or 4 */
     uint32_t flags;    /* RTK_TEX_FLOAT (floats instead of bytes), SRGB, NEAREST, CLAMP */
 } rti_texels;
-rt_status rti_texture_chunk(rt_context *ctx, const char *call, const rti_texels *texels, rti_chunk **chunk);
+rt_status rti_texture_chunk(rt_context *ctx, const char *call, const rti_texels *d, rti_chunk **out);
 
 /* ---- transforms (transform.c) ---- */
 /* Inverse in double, rounded once. false: singular, or so near to it that floats cannot hold the inverse. */

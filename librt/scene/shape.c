@@ -32,12 +32,14 @@ rt_status rti_add_begin(rt_scene *scene, const char *call, const void *desc, voi
     return status;
 }
 
-/* Room for count shapes of a new geometry, all or nothing. */
+/* Room for count shapes of a new geometry, all or nothing: *shapes is set on success alone (at least one place is there, count 0
+ * too). */
 static rt_status push_shapes(rt_scene *scene, const char *call, const rt_geometry_common *common, uint32_t count,
                              rti_geometry **geometry, rtk_shape **shapes)
 {
     rt_status status;
-    if (!rti_reserve(scene->ctx, &scene->shapes.data, &scene->shapes.capacity, scene->shapes.count, count, sizeof **shapes))
+    if (!rti_reserve(scene->ctx, &scene->shapes.data, &scene->shapes.capacity, scene->shapes.count, (size_t)count + 1,
+                     sizeof **shapes))
         return rti_array_refused(scene->ctx, call, &scene->shapes, count, sizeof **shapes);
     status = rti_geometry_push(scene, call, common, RTK_GEOM_SHAPES, count, geometry);
     if (status != RT_OK)
@@ -146,7 +148,7 @@ rt_status rt_scene_add_spheres(rt_scene *scene, const rt_spheres_desc *desc, rt_
     }
     if (status == RT_OK)
         status = push_shapes(scene, call, &d.common, d.count, &g, &shapes);
-    if (status != RT_OK) {
+    if (!shapes) {
         rti_mesh_free(scene->ctx, mesh);
         return status;
     }
@@ -155,9 +157,9 @@ rt_status rt_scene_add_spheres(rt_scene *scene, const rt_spheres_desc *desc, rt_
         shapes[i].p[3] = d.radii ? d.radii[i] : d.radius;
         shapes[i].prim = i;
     }
-    if (mesh && mesh->colors)
+    if (mesh && d.colors)
         memcpy(mesh->colors, d.colors, 3 * sizeof(float) * d.count);
-    if (mesh && mesh->materials)
+    if (mesh && d.face_materials)
         memcpy(mesh->materials, d.face_materials, sizeof(uint32_t) * d.count);
     g->mesh = mesh;
     give(scene, geometry);

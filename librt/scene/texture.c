@@ -113,8 +113,8 @@ rt_status rt_scene_load_texture(rt_scene *scene, const char *path, const rt_text
     rti_chunk *chunk;
     rti_hash source;
     rt_status status = rti_scene_editable(scene, call);
-    if (status == RT_OK && !path)
-        status = rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: path is NULL; give the name of an image file", call);
+    if (!path)
+        return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: path is NULL; give the name of an image file", call);
     if (status == RT_OK && desc)
         status = rti_desc_take(scene->ctx, call, desc, &d, sizeof d);
     if (status == RT_OK)

@@ -427,6 +427,22 @@ static void test_faces(void **state)
     }
 }
 
+/* No spheres, no triangles, no faces: geometries all the same, which nothing hits. */
+static void test_nothing(void **state)
+{
+    fixture *f = *state;
+    rt_spheres_desc s = rt_spheres_desc_default();
+    rt_mesh_desc m = rt_mesh_desc_default();
+    rt_polyhedron_desc p = rt_polyhedron_desc_default();
+    rt_geometry g;
+    kit_ok(f->ctx, rt_scene_add_spheres(f->scene, &s, NULL));
+    kit_ok(f->ctx, rt_scene_add_mesh(f->scene, &m, NULL));
+    kit_ok(f->ctx, rt_scene_add_polyhedron(f->scene, &p, &g));
+    assert_int_equal(g.id, 2);
+    kit_ok(f->ctx, rt_scene_commit(f->scene, NULL));
+    assert_int_equal(kit_hit(f->scene, kit_ray(0, 0, 9, 0, 0, -1)).prim_id, RT_INVALID_ID);
+}
+
 static void test_many_adds(void **state)
 {
     fixture *f = *state;
@@ -452,6 +468,7 @@ int main(void)
                                        T(test_transforms),
                                        T(test_polygons),
                                        T(test_faces),
+                                       T(test_nothing),
                                        T(test_many_adds)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
