@@ -17,7 +17,7 @@ trap 'rm -rf "$work"' EXIT
 views() {
   echo "sponza sponza 14.4499,6.89415,-1.18547 13.4563,6.78438,-1.15861 74.096 0,12,0"
   echo "sibenik sibenik 24,3,0 0,4,0 60 10,14,0"
-  echo "stadium bunny -0.0168,0.125,0.33 -0.0168,0.108,0 35 0.3,0.6,0.6 1000"
+  echo "stadium bunny -0.0168,0.125,0.33 -0.0168,0.108,0 35 0.3,0.6,0.6 100"
 }
 
 script() { # mesh eye look_at fov light floor
