@@ -162,7 +162,7 @@ static const char *check_top(const rti_snapshot *s)
 {
     const rtk_top_header *head = s->top->data;
     const rtk_instance *inst;
-    uint32_t materials = ((const rtk_material_header *)s->materials->data)->material_count;
+    uint32_t materials = ((const rtk_material_header *)s->materials->data)->material_count, bounded = 0;
     const char *what;
     if (head->instance_count > RTI_MAX_PRIMS || head->unbounded_count > head->instance_count ||
         !rti_blob_span(s->top, sizeof *head, head->off_instances, head->instance_count, sizeof *inst) ||
@@ -176,7 +176,11 @@ static const char *check_top(const rti_snapshot *s)
             return "an instance has a wrong id";
         if ((what = check_instance(s, head, &inst[i], materials)) != NULL)
             return what;
+        bounded += inst[i].lo[0] <= inst[i].hi[0] && !(inst[i].flags & RTK_INST_UNBOUNDED);
     }
+    /* A ray that enters the box walks a tree, and there is one only over something. */
+    if ((bounded > 0) != (head->lo[0] <= head->hi[0]))
+        return "the box of the instances is none";
     if ((what = check_unbounded(s, head)) != NULL)
         return what;
     for (uint32_t kind = 1; kind < RTI_TREE_KINDS; kind++) {

@@ -202,7 +202,7 @@ static rt_status make_group(rti_commit *c)
 void rti_plan_attributes(rti_layout *layout, const rti_geometry *g, rtk_geom *out)
 {
     const rti_mesh *m = g->mesh;
-    size_t vertices = g->type == RTK_GEOM_MESH ? m->vertex_count : g->count;
+    size_t vertices = g->type == RTK_GEOM_MESH && g->count > 0 ? m->vertex_count : g->count; /* no triangle, no corner */
     bool corners = m->normals || m->uvs || (m->colors && g->type == RTK_GEOM_MESH);
     out->off_indices = rti_layout_add(layout, corners ? g->count : 0, 3 * sizeof(uint32_t));
     out->off_normals = rti_layout_add(layout, m->normals ? vertices : 0, 3 * sizeof(float));

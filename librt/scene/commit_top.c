@@ -33,10 +33,10 @@ static void put_instance(const rti_commit *c, const rti_inst *inst, rtk_instance
     put_nothing(out);
     if (!inst->child)
         return;
-    out->group = inst->group;
-    head = group_head(c, out->group);
+    head = group_head(c, inst->group);
     if (!bounded(head) && head->plane_count == 0)
         return;
+    out->group = inst->group;
     out->to_world = inst->to_world;
     rti_xfm_invert(&inst->to_world, &out->to_object);
     if (bounded(head))

@@ -27,6 +27,8 @@ static void array_free(rt_context *ctx, rti_array *array, size_t item_size)
 
 rt_status rti_scene_editable(const rt_scene *scene, const char *call)
 {
+    if (!scene)
+        return RT_ERROR_ARGUMENT; /* and no context that could keep a sentence */
     if (!scene->loaded)
         return RT_OK;
     return rti_fail(scene->ctx, RT_ERROR_STATE,

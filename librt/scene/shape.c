@@ -46,7 +46,8 @@ static rt_status push_shapes(rt_scene *scene, const char *call, const rt_geometr
         return status;
     (*geometry)->first = (uint32_t)scene->shapes.count;
     *shapes = RTI_AT(scene->shapes, rtk_shape, scene->shapes.count);
-    memset(*shapes, 0, count * sizeof **shapes);
+    if (count > 0) /* else there may be no array yet */
+        memset(*shapes, 0, count * sizeof **shapes);
     scene->shapes.count += count;
     scene->shape_count += count;
     return RT_OK;
@@ -332,6 +333,8 @@ static rt_vec3 plane_u_axis(rt_vec3 wish, rt_vec3 n)
     return result;
 }
 
+#define TEXTURE_LEAST 1.0e-12f /* its inverse times a placement is still a number */
+
 static rt_status check_plane(rt_context *ctx, const char *call, const rt_plane_desc *d)
 {
     rt_status status = rti_check_point(ctx, call, "point", d->point);
@@ -340,9 +343,9 @@ static rt_status check_plane(rt_context *ctx, const char *call, const rt_plane_d
     if (status == RT_OK)
         status = rti_check_point(ctx, call, "u_axis", d->u_axis);
     if (status == RT_OK)
-        status = rti_check_positive(ctx, call, "texture_size", d->texture_size);
-    if (status == RT_OK)
-        status = rti_check_range(ctx, call, "texture_height", d->texture_height, 0.0f, RTI_COORD_MAX);
+        status = rti_check_range(ctx, call, "texture_size", d->texture_size, TEXTURE_LEAST, RTI_COORD_MAX);
+    if (status == RT_OK && d->texture_height != 0.0f)
+        status = rti_check_range(ctx, call, "texture_height", d->texture_height, TEXTURE_LEAST, RTI_COORD_MAX);
     return status;
 }
 

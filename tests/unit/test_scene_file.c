@@ -362,10 +362,87 @@ static void test_no_memory(void **state)
     assert_int_equal(atomic_load(&memory.bytes), 0);
 }
 
+/* A mesh of vertices alone, spheres without a sphere, instances of a scene that holds nothing, and a removed instance. */
+static rt_scene *hollow(rt_context *ctx, rt_scene *child, const char *accel)
+{
+    const float point[3] = {0, 0, 0}, normal[3] = {0, 0, 1};
+    const uint32_t none[3] = {0, 0, 0};
+    rt_scene *scene = kit_scene(ctx);
+    rt_spheres_desc spheres = rt_spheres_desc_default();
+    rt_mesh_desc mesh = rt_mesh_desc_default();
+    rt_instance_desc inst = rt_instance_desc_default();
+    rt_commit_desc how = rt_commit_desc_default();
+    rt_instance gone;
+    how.accel = accel;
+    mesh.positions = point;
+    mesh.normals = normal;
+    mesh.vertex_count = 1;
+    mesh.indices = none;
+    inst.child = child;
+    spheres.centers = point;
+    assert_int_equal(rt_scene_commit(child, &how), RT_OK);
+    kit_ok(ctx, rt_scene_add_spheres(scene, &spheres, NULL));
+    kit_ok(ctx, rt_scene_add_mesh(scene, &mesh, NULL));
+    kit_ok(ctx, rt_scene_add_instance(scene, &inst, NULL));
+    kit_ok(ctx, rt_scene_add_instance(scene, &inst, &gone));
+    kit_ok(ctx, rt_scene_remove_instance(scene, gone));
+    kit_ok(ctx, rt_scene_commit(scene, &how));
+    return scene;
+}
+
+static void test_hollow(void **state)
+{
+    static const char *const accels[] = {"kdtree", "octree", "brute"};
+    rt_context *ctx = kit_context(NULL, 1);
+    (void)state;
+    for (size_t i = 0; i < 3; i++) {
+        rt_scene *child = kit_scene(ctx), *scene = hollow(ctx, child, accels[i]), *loaded;
+        for (int axis = 0; axis < 6; axis++) {
+            float dir[3] = {0, 0, 0};
+            dir[axis / 2] = axis % 2 ? 1.0f : -1.0f;
+            assert_int_equal(kit_hit(scene, kit_ray(0, 0, 5, dir[0], dir[1], dir[2])).prim_id, RT_INVALID_ID);
+        }
+        assert_int_equal(rt_scene_save(scene, path), RT_OK);
+        kit_ok(ctx, rt_scene_load(ctx, path, &loaded));
+        assert_int_equal(kit_hit(loaded, kit_ray(0, 0, 5, 0, 0, -1)).prim_id, RT_INVALID_ID);
+        rt_scene_destroy(loaded);
+        rt_scene_destroy(scene);
+        rt_scene_destroy(child);
+    }
+    rt_context_destroy(ctx);
+}
+
+/* What an add takes, a load takes. */
+static void test_texture_sizes(void **state)
+{
+    const float far[6] = {1.0e9f, 0, 0, 0, 1.0e9f, 0};
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *scene = kit_scene(ctx), *loaded;
+    rt_plane_desc plane = rt_plane_desc_default();
+    (void)state;
+    memcpy(plane.common.uv_transform, far, sizeof far);
+    plane.texture_size = 1.0e-45f;
+    assert_int_equal(rt_scene_add_plane(scene, &plane, NULL), RT_ERROR_ARGUMENT);
+    kit_says(ctx, "texture_size");
+    plane.texture_size = 1.0e-12f;
+    plane.texture_height = 1.0e-40f;
+    assert_int_equal(rt_scene_add_plane(scene, &plane, NULL), RT_ERROR_ARGUMENT);
+    kit_says(ctx, "texture_height");
+    plane.texture_height = 1.0e-12f;
+    kit_ok(ctx, rt_scene_add_plane(scene, &plane, NULL));
+    kit_ok(ctx, rt_scene_commit(scene, NULL));
+    assert_int_equal(rt_scene_save(scene, path), RT_OK);
+    kit_ok(ctx, rt_scene_load(ctx, path, &loaded));
+    rt_scene_destroy(loaded);
+    rt_scene_destroy(scene);
+    rt_context_destroy(ctx);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round),    cmocka_unit_test(test_same_file),  cmocka_unit_test(test_loaded_is_closed),
-        cmocka_unit_test(test_refusals), cmocka_unit_test(test_corruption), cmocka_unit_test(test_no_memory)};
+        cmocka_unit_test(test_round),    cmocka_unit_test(test_same_file),    cmocka_unit_test(test_loaded_is_closed),
+        cmocka_unit_test(test_refusals), cmocka_unit_test(test_corruption),   cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_hollow),   cmocka_unit_test(test_texture_sizes)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }

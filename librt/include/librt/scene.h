@@ -160,7 +160,7 @@ typedef struct rt_plane_desc {
     rt_geometry_common common;
     rt_vec3 point, normal; /**< normal of any length, not zero */
     rt_vec3 u_axis;        /**< zero: chosen */
-    float texture_size, texture_height;
+    float texture_size, texture_height; /**< 1e-12 ... 1e12; the height may be 0 */
 } rt_plane_desc;
 RT_API rt_plane_desc rt_plane_desc_default(void);
 RT_API rt_status rt_scene_add_plane(rt_scene *scene, const rt_plane_desc *desc, rt_geometry *geometry);
