@@ -91,10 +91,11 @@ static inline bool rti_cancelled(rti_cancel *c)
 rt_status rti_pool_start(rt_context *ctx);
 
 /* Work that goes on behind the caller's back (render jobs): `count` of the context's threads call run(data, i), i in [0, count).
- * Returns a handle, or NULL with a message; join waits for all and frees it. Threads are new ones, so a job never waits for a
+ * threads receives a handle (errors MEMORY, THREAD); join waits for all and frees it. Threads are new ones, so a job never waits for a
  * build in the pool. */
 typedef struct rti_threads rti_threads;
-rti_threads *rti_threads_start(rt_context *ctx, uint32_t count, void (*run)(void *data, uint32_t index), void *data);
+rt_status rti_threads_start(rt_context *ctx, uint32_t count, void (*run)(void *data, uint32_t index), void *data,
+                            rti_threads **threads);
 void rti_threads_join(rt_context *ctx, rti_threads *threads); /* NULL is fine */
 
 /* One object of the scene floor that lives as long as the context (its cache of chunks). get returns NULL until one was set. */

@@ -242,14 +242,13 @@ static void *job_thread_main(void *arg)
     return NULL;
 }
 
-rti_threads *rti_threads_start(rt_context *ctx, uint32_t count, void (*run)(void *data, uint32_t index), void *data)
+rt_status rti_threads_start(rt_context *ctx, uint32_t count, void (*run)(void *data, uint32_t index), void *data,
+                            rti_threads **threads)
 {
     size_t size = sizeof(rti_threads) + (size_t)count * sizeof(job_thread);
     rti_threads *t = rti_alloc_zero(ctx, size);
-    if (!t) {
-        rti_fail_memory(ctx, "threads of a job", size);
-        return NULL;
-    }
+    if (!t)
+        return rti_fail_memory(ctx, "threads of a job", size);
     t->run = run;
     t->data = data;
     t->count = count;
@@ -262,12 +261,12 @@ rti_threads *rti_threads_start(rt_context *ctx, uint32_t count, void (*run)(void
     }
     if (t->started == 0) {
         rti_free(ctx, t, size);
-        rti_fail(ctx, RT_ERROR_THREAD, "the system gave none of %u threads for a job; fewer workers may do", count);
-        return NULL;
+        return rti_fail(ctx, RT_ERROR_THREAD, "the system gave none of %u threads for a job; fewer workers may do", count);
     }
     if (t->started < count)
         rti_log(ctx, RT_LOG_WARNING, "the system gave %u of %u threads for a job; going on with those", t->started, count);
-    return t;
+    *threads = t;
+    return RT_OK;
 }
 
 void rti_threads_join(rt_context *ctx, rti_threads *threads)

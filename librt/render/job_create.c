@@ -174,8 +174,7 @@ rt_status rti_job_run(rt_job *job)
 {
     if (job->mode == RTI_JOB_DRIVEN)
         return RT_OK;
-    job->threads = rti_threads_start(job->ctx, job->worker_count, rti_job_thread, job);
-    return job->threads ? RT_OK : RT_ERROR_THREAD;
+    return rti_threads_start(job->ctx, job->worker_count, rti_job_thread, job, &job->threads);
 }
 
 rt_status rt_job_start(rt_scene *scene, const rt_render_desc *desc, rt_job **job)

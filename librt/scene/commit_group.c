@@ -165,7 +165,8 @@ static void fill_group(const rt_scene *scene, rtk_group_header *head)
             *plane = RTI_AT(scene->planes, rti_plane, g->first)->shape;
             plane++->geom = (uint32_t)i;
         } else {
-            memcpy(shape, RTI_AT(scene->shapes, rtk_shape, g->first), g->count * sizeof *shape);
+            if (g->count > 0) /* else the scene may have no array of shapes */
+                memcpy(shape, RTI_AT(scene->shapes, rtk_shape, g->first), g->count * sizeof *shape);
             for (uint32_t k = 0; k < g->count; k++)
                 shape++->geom = (uint32_t)i;
         }
