@@ -149,7 +149,7 @@ rt_status rt_scene_add_spheres(rt_scene *scene, const rt_spheres_desc *desc, rt_
     }
     if (status == RT_OK)
         status = push_shapes(scene, call, &d.common, d.count, &g, &shapes);
-    if (!shapes) {
+    if (status != RT_OK) {
         rti_mesh_free(scene->ctx, mesh);
         return status;
     }
@@ -158,9 +158,9 @@ rt_status rt_scene_add_spheres(rt_scene *scene, const rt_spheres_desc *desc, rt_
         shapes[i].p[3] = d.radii ? d.radii[i] : d.radius;
         shapes[i].prim = i;
     }
-    if (mesh && d.colors)
+    if (mesh && mesh->colors)
         memcpy(mesh->colors, d.colors, 3 * sizeof(float) * d.count);
-    if (mesh && d.face_materials)
+    if (mesh && mesh->materials)
         memcpy(mesh->materials, d.face_materials, sizeof(uint32_t) * d.count);
     g->mesh = mesh;
     give(scene, geometry);

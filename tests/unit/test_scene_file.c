@@ -372,6 +372,7 @@ static rt_scene *hollow(rt_context *ctx, rt_scene *child, const char *accel)
     rt_mesh_desc mesh = rt_mesh_desc_default();
     rt_instance_desc inst = rt_instance_desc_default();
     rt_commit_desc how = rt_commit_desc_default();
+    rt_geometry first = {RT_INVALID_ID};
     rt_instance gone;
     how.accel = accel;
     mesh.positions = point;
@@ -381,8 +382,11 @@ static rt_scene *hollow(rt_context *ctx, rt_scene *child, const char *accel)
     inst.child = child;
     spheres.centers = point;
     assert_int_equal(rt_scene_commit(child, &how), RT_OK);
-    kit_ok(ctx, rt_scene_add_spheres(scene, &spheres, NULL));
-    kit_ok(ctx, rt_scene_add_mesh(scene, &mesh, NULL));
+    spheres.colors = point;
+    kit_ok(ctx, rt_scene_add_spheres(scene, &spheres, &first));
+    assert_int_equal(first.id, 0);
+    kit_ok(ctx, rt_scene_add_mesh(scene, &mesh, &first));
+    assert_int_equal(first.id, 1);
     kit_ok(ctx, rt_scene_add_instance(scene, &inst, NULL));
     kit_ok(ctx, rt_scene_add_instance(scene, &inst, &gone));
     kit_ok(ctx, rt_scene_remove_instance(scene, gone));
