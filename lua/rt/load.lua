@@ -31,6 +31,9 @@ end
 local function run_script(r)
   local chunk, message = loadfile(r.path, "t")
   if not chunk then
+    if not message:find(r.path, 1, true) then -- Lua names no file for bytecode, for one
+      message = r.path .. ": " .. message
+    end
     error(message, 0)
   end
   local value = run.call(r, chunk)

@@ -46,6 +46,21 @@ local function blame(command, raised)
   error(message, 0)
 end
 
+-- Standard output carries an image or JSON: what a script prints goes to standard error instead.
+local function keep_clear(values)
+  if not (values.json or values.output == "-") then
+    return
+  end
+  io.output(io.stderr)
+  function _G.print(...)
+    local texts = table.pack(...)
+    for i = 1, texts.n do
+      texts[i] = tostring(texts[i])
+    end
+    io.stderr:write(table.concat(texts, "\t"), "\n")
+  end
+end
+
 -- { scene, run } of what stands at `path`: the run has the script's parameters and sets.
 -- more: settings of the command's own, stronger than the options.
 function source.open(path, values, command, more)
@@ -59,6 +74,7 @@ function source.open(path, values, command, more)
       output.note("rtray: %s: %s", level, message)
     end
   end)
+  keep_clear(values)
   local settings = source.settings(values)
   for name, value in pairs(more or {}) do
     settings[name] = value

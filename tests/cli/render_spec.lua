@@ -191,6 +191,25 @@ return rt.scene { settings = { width = 4, height = 4 }, rt.sphere { center = {0,
     assert.truthy(r.err:find("is a folder", 1, true))
   end)
 
+  it("keeps what a script prints out of an image or JSON on standard output", function()
+    local folder = support.folder()
+    local scene = support.write(folder .. "/talk.lua", [[
+      local rt = require "rt"
+      print("said", 1, nil)
+      io.write "written\n"
+      return rt.scene { rt.sphere { center = {0, 0, 0}, radius = 1 } }
+    ]])
+    local r = rtray { "render", scene, "-q", "--size", "8x8", "-o", "-" }
+    assert.equal(0, r.status, r.err)
+    assert.equal("\137PNG", r.out:sub(1, 4))
+    assert.equal("said\t1\tnil\nwritten\n", r.err)
+    r = rtray { "info", scene, "--json" }
+    assert.equal("{", r.out:sub(1, 1))
+    assert.truthy(r.err:find("said\t1\tnil\nwritten\n", 1, true))
+    r = rtray { "render", scene, "-q", "--size", "8x8", "-o", folder .. "/x.png" }
+    assert.equal("said\t1\tnil\nwritten\n", r.out)
+  end)
+
   it("says when the disk is full, and leaves the old file", function()
     local scene = support.small()
     local r = rtray { "render", scene, "-o", "/dev/full", "--format", "png" }

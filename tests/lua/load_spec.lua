@@ -63,6 +63,13 @@ describe("rt.load", function()
     end)
   end)
 
+  it("names the file of bytecode, which it does not run", function()
+    support.in_folder(function(folder)
+      local path = support.write(folder .. "/s.lua", string.dump(function() return 1 end))
+      assert.truthy(support.message(rt.load, path):find(path .. ": ", 1, true))
+    end)
+  end)
+
   it("names file and line", function()
     assert.equal("s.lua:2: rt.sphere: radius is missing", message_of "local s = rt.sphere { center = {0, 0, 0} }\nreturn rt.scene { s }")
     assert.equal("s.lua:3: rt.sphere: radius is missing", message_of [[
