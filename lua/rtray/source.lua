@@ -65,8 +65,9 @@ end
 -- more: settings of the command's own, stronger than the options.
 function source.open(path, values, command, more)
   local kind, why = sys.stat(path)
-  if kind ~= "file" and kind ~= "other" then
-    error({ status = 1, message = ("%s cannot be read: %s"):format(types.quote(path), kind and "it is a folder" or why) }, 0)
+  if kind ~= "file" then -- a device may never end
+    local reason = kind == "other" and "it is a device or a pipe, not a regular file" or kind and "it is a folder" or why
+    error({ status = 1, message = ("%s cannot be read: %s"):format(types.quote(path), reason) }, 0)
   end
   local rt = require "rt"
   rt.on_log(function(level, message)

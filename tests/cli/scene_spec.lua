@@ -30,6 +30,9 @@ describe("a script", function()
     local r = rtray { "render", folder }
     assert.equal(1, r.status)
     assert.truthy(r.err:find("it is a folder", 1, true))
+    r = rtray { "info", "/dev/zero" } -- never ends
+    assert.equal(1, r.status)
+    assert.truthy(r.err:find("it is a device or a pipe", 1, true), r.err)
     r = rtray { "render", folder .. "/gone.lua" }
     assert.equal(1, r.status)
     assert.truthy(r.err:find("No such file", 1, true))
