@@ -13,7 +13,7 @@ typedef struct rtk_ff {
     float hi, lo;
 } rtk_ff;
 
-RTK_FN rtk_ff rtk_ff_make(float hi, float lo)
+RTK_INLINE rtk_ff rtk_ff_make(float hi, float lo)
 {
     rtk_ff r;
     r.hi = hi;
@@ -22,7 +22,7 @@ RTK_FN rtk_ff rtk_ff_make(float hi, float lo)
 }
 
 /* a + b exactly. */
-RTK_FN rtk_ff rtk_two_sum(float a, float b)
+RTK_INLINE rtk_ff rtk_two_sum(float a, float b)
 {
     float s = a + b;
     float bb = s - a;
@@ -30,7 +30,7 @@ RTK_FN rtk_ff rtk_two_sum(float a, float b)
 }
 
 /* a - b exactly. */
-RTK_FN rtk_ff rtk_two_diff(float a, float b)
+RTK_INLINE rtk_ff rtk_two_diff(float a, float b)
 {
     float s = a - b;
     float bb = s - a;
@@ -38,14 +38,14 @@ RTK_FN rtk_ff rtk_two_diff(float a, float b)
 }
 
 /* a + b exactly, given |a| >= |b| or a == 0. */
-RTK_FN rtk_ff rtk_quick_two_sum(float a, float b)
+RTK_INLINE rtk_ff rtk_quick_two_sum(float a, float b)
 {
     float s = a + b;
     return rtk_ff_make(s, b - (s - a));
 }
 
 /* a * b exactly, by Veltkamp's split into 12 + 12 bits. */
-RTK_FN rtk_ff rtk_two_prod(float a, float b)
+RTK_INLINE rtk_ff rtk_two_prod(float a, float b)
 {
     float p = a * b;
     float ca = 4097.0f * a, cb = 4097.0f * b;
@@ -55,7 +55,7 @@ RTK_FN rtk_ff rtk_two_prod(float a, float b)
 }
 
 /* a + b, error <= 4 u^2 (|a| + |b|). */
-RTK_FN rtk_ff rtk_ff_add(rtk_ff a, rtk_ff b)
+RTK_INLINE rtk_ff rtk_ff_add(rtk_ff a, rtk_ff b)
 {
     rtk_ff s = rtk_two_sum(a.hi, b.hi), t = rtk_two_sum(a.lo, b.lo);
     s = rtk_two_sum(s.hi, s.lo + t.hi);
@@ -63,21 +63,21 @@ RTK_FN rtk_ff rtk_ff_add(rtk_ff a, rtk_ff b)
 }
 
 /* a * b, error <= 8 u^2 |a b|. */
-RTK_FN rtk_ff rtk_ff_mul(rtk_ff a, rtk_ff b)
+RTK_INLINE rtk_ff rtk_ff_mul(rtk_ff a, rtk_ff b)
 {
     rtk_ff p = rtk_two_prod(a.hi, b.hi);
     return rtk_quick_two_sum(p.hi, p.lo + (a.hi * b.lo + a.lo * b.hi));
 }
 
 /* a * b with a plain b. */
-RTK_FN rtk_ff rtk_ff_scale(rtk_ff a, float b)
+RTK_INLINE rtk_ff rtk_ff_scale(rtk_ff a, float b)
 {
     rtk_ff p = rtk_two_prod(a.hi, b);
     return rtk_quick_two_sum(p.hi, p.lo + a.lo * b);
 }
 
 /* a / b rounded to a float, error <= 1.01 u |a / b|: one float quotient and one correction by its remainder. */
-RTK_FN float rtk_ff_quotient(rtk_ff a, rtk_ff b)
+RTK_INLINE float rtk_ff_quotient(rtk_ff a, rtk_ff b)
 {
     float q = a.hi / b.hi;
     rtk_ff r = rtk_ff_add(a, rtk_ff_scale(b, -q));
@@ -86,7 +86,7 @@ RTK_FN float rtk_ff_quotient(rtk_ff a, rtk_ff b)
 
 /* a b - c d, relative error <= 2^-44 however much cancels: the four terms of the two exact products are summed so that the
  * only rounding falls on a term u^2 below the result. */
-RTK_FN rtk_ff rtk_ff_diff_products(float a, float b, float c, float d)
+RTK_INLINE rtk_ff rtk_ff_diff_products(float a, float b, float c, float d)
 {
     rtk_ff p = rtk_two_prod(a, b), q = rtk_two_prod(c, d);
     rtk_ff s = rtk_two_diff(p.hi, q.hi), e = rtk_two_diff(p.lo, q.lo);
@@ -101,14 +101,14 @@ RTK_FN float rtk_diff_products(float a, float b, float c, float d)
 }
 
 /* a b - c d of doubled floats, error <= 20 u^2 (|a b| + |c d|). */
-RTK_FN rtk_ff rtk_ff_cross(rtk_ff a, rtk_ff b, rtk_ff c, rtk_ff d)
+RTK_INLINE rtk_ff rtk_ff_cross(rtk_ff a, rtk_ff b, rtk_ff c, rtk_ff d)
 {
     rtk_ff q = rtk_ff_mul(c, d);
     return rtk_ff_add(rtk_ff_mul(a, b), rtk_ff_make(-q.hi, -q.lo));
 }
 
 /* a.b of two vectors of floats, error <= 8 u^2 (|ax bx| + |ay by| + |az bz|). */
-RTK_FN rtk_ff rtk_ff_dot3(float ax, float ay, float az, float bx, float by, float bz)
+RTK_INLINE rtk_ff rtk_ff_dot3(float ax, float ay, float az, float bx, float by, float bz)
 {
     return rtk_ff_add(rtk_ff_add(rtk_two_prod(ax, bx), rtk_two_prod(ay, by)), rtk_two_prod(az, bz));
 }

@@ -20,6 +20,7 @@ typedef uchar rtk_u8;
 #define RT_CONSTANT        __constant
 #define RTK_FN             static inline
 #define RTK_COLD           static inline
+#define RTK_INLINE         static inline
 #define rtk_sqrt(x)        sqrt(x)
 #define rtk_fabs(x)        fabs(x)
 #define rtk_floor(x)       floor(x)
@@ -44,8 +45,10 @@ typedef uint8_t rtk_u8;
 #define RTK_FN      static inline
 #if defined(__GNUC__)
 #define RTK_COLD __attribute__((noinline, unused)) static /* rare branches, kept out of the hot loops */
+#define RTK_INLINE __attribute__((always_inline)) static inline /* small steps of long chains: a call costs more than the step */
 #else
 #define RTK_COLD static inline
+#define RTK_INLINE static inline
 #endif
 #define rtk_sqrt(x)        sqrtf(x)
 #define rtk_fabs(x)        fabsf(x)

@@ -49,7 +49,7 @@ while read -r name mesh eye look_at fov light floor; do
   lua5.4 "$here/tachyon_scene.lua" "$scenes/$mesh.ply" "$work/$name.dat" "$eye" "$look_at" "$fov" "$light" ${floor:+"$floor"}
   script "$mesh" "$eye" "$look_at" "$fov" "$light" ${floor:+"$floor"} >"$work/$name.lua"
   width=1000 height=700
-  [ "$name" = stadium ] && width=100 height=100 # Tachyon's grid collapses: half a minute for this
+  [ "$name" = stadium ] && width=300 height=300 # Tachyon's grid collapses: a minute and a half for this
   for run in $(seq "$runs"); do
     for workers in 1 2; do
       echo "$name,${width}x$height,librt,$workers,$run,$(seconds_librt "$work/$name.lua" $workers ${width}x$height)"
