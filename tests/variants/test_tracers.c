@@ -121,6 +121,28 @@ static void sweep(const test_world *w, const rti_tracer *judge, uint64_t count, 
                  (unsigned long long)done);
 }
 
+/* The closest hits alone of every tracer against brute force, which is asked once a batch. */
+static void sweep_closest(const test_world *w, uint64_t count, const char *what)
+{
+    static batch b;
+    const rti_tracer *judge = rti_tracer_find("brute");
+    test_targets t;
+    test_rng rng = {0x7654321};
+    test_targets_init(&t, w);
+    for (uint64_t done = 0; done < count; done += BATCH) {
+        fill(&b, &t, &rng);
+        judge->intersect(&w->scene, b.rays, b.hits, BATCH, 0, &(rti_scratch){0});
+        for (uint32_t i = 0; i < rti_tracer_count(); i++) {
+            if (rti_tracer_at(i) == judge)
+                continue;
+            rti_tracer_at(i)->intersect(&w->scene, b.rays, b.other, BATCH, 0, &(rti_scratch){0});
+            same_hits(&b, what, rti_tracer_at(i)->name, b.hits, b.other);
+        }
+    }
+    test_targets_free(&t);
+    print_message("%s: closest hits of %llu rays against brute force, none differs\n", what, (unsigned long long)count);
+}
+
 static rt_context *context(void)
 {
     rt_context_desc d = rt_context_desc_default();
@@ -337,7 +359,8 @@ static void test_instances(void **state)
 static void test_meshes(void **state)
 {
     static const char *const names[] = {"bunny", "sponza", "sibenik", "spot"};
-    const char *full = getenv("LIBRT_FULL");
+    const char *full = getenv("LIBRT_FULL"), *closest = getenv("LIBRT_CLOSEST");
+    uint64_t closest_count = closest ? strtoull(closest, NULL, 10) : (full && full[0] == '1' ? 10000000u : 0u);
     (void)state;
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         rt_context *ctx = context();
@@ -352,7 +375,9 @@ static void test_meshes(void **state)
         test_world_mesh(&w, 0, &m, 0xffffffffu);
         assert_int_equal(test_world_commit(&w, NULL), RT_OK);
         sweep(&w, rti_tracer_find("kdtree"), ray_count(), names[i]);
-        sweep(&w, rti_tracer_find("brute"), full && full[0] == '1' ? ray_count() : ray_count() / 100, names[i]);
+        sweep(&w, rti_tracer_find("brute"), ray_count() / 100, names[i]);
+        if (closest_count)
+            sweep_closest(&w, closest_count, names[i]);
         test_world_free(&w);
         test_mesh_free(&m);
         rt_context_destroy(ctx);
