@@ -8,7 +8,7 @@
 #include "lane.h"
 
 #define WIDTH 16
-#define MANY  64u /* rays sorted by axis at a time */
+#define MANY  256u /* rays sorted by axis at a time */
 
 /* Rays of one dominant axis. */
 typedef struct lanes {
@@ -42,10 +42,13 @@ static int lanes_filter(const lanes *l, const float x[3], const float y[3], cons
         float bx = (x[1] - l->ox[i]) - l->sx[i] * bz, by = (y[1] - l->oy[i]) - l->sy[i] * bz;
         float cx = (x[2] - l->ox[i]) - l->sx[i] * cz, cy = (y[2] - l->oy[i]) - l->sy[i] * cz;
         float u = cx * by - cy * bx, v = ax * cy - ay * cx, w = bx * ay - by * ax;
-        int low = (u < 0.0f) | (v < 0.0f) | (w < 0.0f), high = (u > 0.0f) | (v > 0.0f) | (w > 0.0f);
-        keep[i] = !(low & high);
-        any |= keep[i];
+        float low = u < v ? u : v, high = u > v ? u : v;
+        low = low < w ? low : w;
+        high = high > w ? high : w;
+        keep[i] = low < 0.0f ? !(high > 0.0f) : 1; /* written so that GCC 12 makes vectors of it: 16 lanes cost what one did */
     }
+    for (int i = 0; i < WIDTH; i++)
+        any |= keep[i];
     return any;
 }
 
