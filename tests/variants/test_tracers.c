@@ -1,8 +1,9 @@
 /* Every tracer of the table against brute force, bit for bit: closest hit, any hit, and stepping from hit to hit.
  *
  * LIBRT_RAYS: rays a scene (10,000); LIBRT_FULL=1: ten million. Real meshes, where brute force costs 70,000 tests a ray, get a
- * hundredth of that against brute force, and all of it against the kd-tree; with LIBRT_FULL=1 (an hour a mesh) closest hits of ten
- * million random and ten million aimed rays against brute force (LIBRT_CLOSEST: how many). LIBRT_ONLY: the tests of that name. */
+ * hundredth of that against brute force, and all of it against the kd-tree; with LIBRT_FULL=1 (an hour a mesh) closest hits of
+ * ten million random and ten million aimed rays against brute force (LIBRT_CLOSEST: how many). LIBRT_ONLY: the tests of that
+ * name. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -127,7 +128,8 @@ static void sweep(const test_world *w, const rti_tracer *judge, uint64_t count, 
                  (unsigned long long)done);
 }
 
-/* The closest hits alone of every tracer against brute force, which is asked once a batch: `count` random and `count` aimed rays. */
+/* The closest hits alone of every tracer against brute force, which is asked once a batch: `count` random rays and as many aimed
+ * ones. */
 static void sweep_closest(const test_world *w, uint64_t count, const char *what)
 {
     static batch b;
