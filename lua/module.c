@@ -93,6 +93,8 @@ static void open_core(lua_State *L)
     rtl_open_job(L);
     rtl_open_render_file(L);
     rtl_open_maths(L);
+    rtl_open_folder(L);
+    rtl_open_process(L);
     luaL_getsubtable(L, LUA_REGISTRYINDEX, LUA_LOADED_TABLE);
     lua_pushvalue(L, -2);
     lua_setfield(L, -2, "rt.core");

@@ -2,15 +2,10 @@
 #include "rtray.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <limits.h>
-#include <spawn.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
 #include <termios.h>
 #include <time.h>
 #include <unistd.h>
@@ -60,30 +55,6 @@ static int sleep_for(lua_State *L)
 
 /* ---- files ---- */
 
-/* stat(path): kind ("file", "folder", "other"), bytes, time of the last change in nanoseconds, inode. */
-static int file_stat(lua_State *L)
-{
-    struct stat st;
-    if (stat(luaL_checkstring(L, 1), &st) != 0) {
-        return fail(L, errno);
-    }
-    lua_pushstring(L, S_ISREG(st.st_mode) ? "file" : S_ISDIR(st.st_mode) ? "folder" : "other");
-    lua_pushinteger(L, (lua_Integer)st.st_size);
-    lua_pushinteger(L, (lua_Integer)st.st_mtim.tv_sec * 1000000000 + st.st_mtim.tv_nsec);
-    lua_pushinteger(L, (lua_Integer)st.st_ino);
-    return 4;
-}
-
-/* can_create(folder): may files be made in it? */
-static int can_create(lua_State *L)
-{
-    if (access(luaL_checkstring(L, 1), W_OK | X_OK) != 0) {
-        return fail(L, errno);
-    }
-    lua_pushboolean(L, 1);
-    return 1;
-}
-
 static int real_path(lua_State *L)
 {
     char *path = realpath(luaL_checkstring(L, 1), NULL);
@@ -124,33 +95,7 @@ static int write_text(lua_State *L)
     return 1;
 }
 
-/* put_in_place(part, path): the finished file `part` becomes `path` when it is on disk. */
-static int put_in_place(lua_State *L)
-{
-    const char *part = luaL_checkstring(L, 1), *path = luaL_checkstring(L, 2);
-    int fd = open(part, O_RDONLY);
-    if (fd < 0) {
-        return fail(L, errno);
-    }
-    int error = fsync(fd) != 0 ? errno : 0;
-    close(fd);
-    if (!error && rename(part, path) != 0) {
-        error = errno;
-    }
-    if (error) {
-        return fail(L, error);
-    }
-    lua_pushboolean(L, 1);
-    return 1;
-}
-
 /* ---- processes ---- */
-
-static int process_id(lua_State *L)
-{
-    lua_pushinteger(L, (lua_Integer)getpid());
-    return 1;
-}
 
 /* Path of the running program. */
 static int program(lua_State *L)
@@ -162,71 +107,6 @@ static int program(lua_State *L)
     }
     lua_pushlstring(L, path, (size_t)n);
     return 1;
-}
-
-/* Reads fd to its end into a string on the stack. */
-static int read_all(lua_State *L, int fd)
-{
-    luaL_Buffer b;
-    luaL_buffinit(L, &b);
-    int error = 0;
-    for (;;) {
-        char *room = luaL_prepbuffer(&b);
-        ssize_t n = read(fd, room, LUAL_BUFFERSIZE);
-        if (n < 0 && errno == EINTR) {
-            continue;
-        }
-        if (n <= 0) {
-            error = n < 0 ? errno : 0;
-            break;
-        }
-        luaL_addsize(&b, (size_t)n);
-    }
-    luaL_pushresult(&b);
-    return error;
-}
-
-extern char **environ;
-
-/* run({program, argument, ...}): its standard output and exit status (128 + n after signal n). */
-static int run(lua_State *L)
-{
-    luaL_checktype(L, 1, LUA_TTABLE);
-    int count = (int)luaL_len(L, 1);
-    char **argv = lua_newuserdatauv(L, ((size_t)count + 1) * sizeof *argv, 0);
-    luaL_checkstack(L, count + 20, "too many arguments");
-    for (int i = 0; i < count; i++) {
-        lua_rawgeti(L, 1, i + 1);
-        argv[i] = (char *)(uintptr_t)luaL_checkstring(L, -1); /* stays on the stack */
-    }
-    argv[count] = NULL;
-    int ends[2];
-    if (count == 0 || pipe(ends) != 0) {
-        return fail(L, count == 0 ? EINVAL : errno);
-    }
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    posix_spawn_file_actions_addclose(&actions, ends[0]);
-    posix_spawn_file_actions_addclose(&actions, ends[1]);
-    pid_t child;
-    int error = posix_spawnp(&child, argv[0], &actions, NULL, argv, environ);
-    posix_spawn_file_actions_destroy(&actions);
-    close(ends[1]);
-    if (error) {
-        close(ends[0]);
-        return fail(L, error);
-    }
-    error = read_all(L, ends[0]);
-    close(ends[0]);
-    int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-    if (error) {
-        return fail(L, error);
-    }
-    lua_pushinteger(L, WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status));
-    return 2;
 }
 
 /* failures(): { number, text } of the reasons that are the machine's fault. */
@@ -245,14 +125,35 @@ static int failures(lua_State *L)
     return 1;
 }
 
+/* What the module has of the same kind (lua/folder.c, lua/process.c, lua/rt/process.lua) is known here by the program's names. */
+static void take_from_module(lua_State *L)
+{
+    static const char *const names[][3] = {{"rt.core", "file_stat", "stat"},
+                                           {"rt.core", "can_create", "can_create"},
+                                           {"rt.core", "put_in_place", "put_in_place"},
+                                           {"rt.core", "make_folder", "make_folder"},
+                                           {"rt.core", "list_folder", "list_folder"},
+                                           {"rt.core", "lock_file", "lock_file"},
+                                           {"rt.core", "process_id", "process_id"},
+                                           {"rt.process", "spawn", "spawn"},
+                                           {"rt.process", "run", "run"}};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        lua_getglobal(L, "require");
+        lua_pushstring(L, names[i][0]);
+        lua_call(L, 1, 1);
+        lua_getfield(L, -1, names[i][1]);
+        lua_setfield(L, -3, names[i][2]);
+        lua_pop(L, 1);
+    }
+}
+
 int rtray_open_sys(lua_State *L)
 {
-    static const luaL_Reg functions[] = {{"is_terminal", is_terminal}, {"columns", columns},  {"now", now},
-                                         {"sleep", sleep_for},         {"stat", file_stat},   {"can_create", can_create},
-                                         {"real_path", real_path},     {"write", write_text}, {"put_in_place", put_in_place},
-                                         {"process_id", process_id},   {"program", program},  {"run", run},
-                                         {"failures", failures},       {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"is_terminal", is_terminal}, {"columns", columns},     {"now", now},
+                                         {"sleep", sleep_for},         {"real_path", real_path}, {"write", write_text},
+                                         {"program", program},         {"failures", failures},   {NULL, NULL}};
     luaL_newlib(L, functions);
+    take_from_module(L);
     rtray_open_signals(L);
     return 1;
 }
