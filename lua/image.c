@@ -90,6 +90,27 @@ static int load(lua_State *L)
     return 1;
 }
 
+/* The field texts, a list key, value, key, value, ...; the descriptor's array is a userdata that the table keeps. */
+static void text_fields(lua_State *L, int t, rt_save_desc *d)
+{
+    t = lua_absindex(L, t);
+    if (lua_getfield(L, t, "texts") == LUA_TTABLE) {
+        lua_Integer count = (lua_Integer)lua_rawlen(L, -1) / 2;
+        rt_text *texts = lua_newuserdatauv(L, (size_t)(count ? count : 1) * sizeof *texts, 0);
+        for (lua_Integer i = 0; i < count; i++) {
+            lua_rawgeti(L, -2, 2 * i + 1);
+            lua_rawgeti(L, -3, 2 * i + 2);
+            texts[i].key = lua_tostring(L, -2);
+            texts[i].value = lua_tostring(L, -1);
+            lua_pop(L, 2);
+        }
+        lua_setfield(L, t, "texts_array");
+        d->texts = texts;
+        d->text_count = (uint32_t)count;
+    }
+    lua_pop(L, 1);
+}
+
 rt_save_desc rtl_save_fields(lua_State *L, int t)
 {
     static const char *const tones[] = {"none", "filmic", NULL};
@@ -104,6 +125,7 @@ rt_save_desc rtl_save_fields(lua_State *L, int t)
     rtl_field_bool(L, t, "text", &text);
     d.tone = (rt_tone)tone;
     d.no_text = !text;
+    text_fields(L, t, &d);
     return d;
 }
 
@@ -222,8 +244,60 @@ static int text(lua_State *L)
 static int set_text(lua_State *L)
 {
     handle *h = check(L, 1);
-    rtl_check(L, h->context, rt_image_set_text(h->image, luaL_checkstring(L, 2), luaL_checkstring(L, 3)));
+    size_t key, value;
+    luaL_checklstring(L, 2, &key);
+    luaL_checklstring(L, 3, &value);
+    if (strlen(lua_tostring(L, 2)) != key || strlen(lua_tostring(L, 3)) != value) {
+        rtl_raise(L, "set_text: the %s has a NUL byte inside", strlen(lua_tostring(L, 2)) != key ? "key" : "value");
+    }
+    rtl_check(L, h->context, rt_image_set_text(h->image, lua_tostring(L, 2), lua_tostring(L, 3)));
     return 0;
+}
+
+typedef struct texts {
+    lua_State *L;
+    const char *key, *value;
+} texts;
+
+/* [key, value] -> sets the table below unless it has the key: of equal ones the first is told. */
+static int add_text(lua_State *L)
+{
+    texts *r = lua_touserdata(L, 2);
+    lua_settop(L, 1);
+    if (lua_getfield(L, 1, r->key) == LUA_TNIL) {
+        lua_pushstring(L, r->value);
+        lua_setfield(L, 1, r->key);
+    }
+    return 0;
+}
+
+/* The error of a full memory must not jump over the library's frames. */
+static int on_text(void *user, const char *key, const char *value)
+{
+    texts *r = user;
+    r->key = key;
+    r->value = value;
+    lua_pushcfunction(r->L, add_text);
+    lua_pushvalue(r->L, 2);
+    lua_pushlightuserdata(r->L, r);
+    return lua_pcall(r->L, 2, 0, 0) != LUA_OK;
+}
+
+/* image_text(path) -> {[key] = value} */
+static int image_text(lua_State *L)
+{
+    rtl_context *c = rtl_context_get(L);
+    const char *path = rtl_check_path(L, 1);
+    texts r = {L, NULL, NULL};
+    lua_settop(L, 1);
+    lua_newtable(L);
+    luaL_checkstack(L, 8, "out of stack");
+    rt_status status = rt_image_read_texts(rtl_context_rt(c), path, on_text, &r);
+    if (lua_gettop(L) > 2) { /* what add_text raised */
+        return lua_error(L);
+    }
+    rtl_check(L, c, status);
+    return 1;
 }
 
 /* image_compare(a, b, with_map) -> {differing, first = {x, y}, max, mse, psnr, map} */
@@ -264,8 +338,8 @@ void rtl_open_image(lua_State *L)
 {
     static const luaL_Reg methods[] = {{"pixel", pixel}, {"set_pixel", set_pixel}, {"size", size},         {"stats", stats},
                                        {"hash", hash},   {"text", text},           {"set_text", set_text}, {NULL, NULL}};
-    static const luaL_Reg functions[] = {
-        {"image_new", create}, {"image_load", load}, {"image_save", save}, {"image_compare", compare}, {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"image_new", create},      {"image_load", load},       {"image_save", save},
+                                         {"image_compare", compare}, {"image_text", image_text}, {NULL, NULL}};
     rtl_class(L, RTL_IMAGE, methods, release, to_string);
     luaL_getmetatable(L, RTL_IMAGE);
     lua_getfield(L, -1, "__index");

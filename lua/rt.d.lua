@@ -598,7 +598,7 @@ function rt.buffer(type, content) end
 ---@field bits? integer PNG: 8 or 16
 ---@field quality? integer JPEG: 1 ... 100
 ---@field alpha? boolean keep the coverage
----@field text? boolean false: without text entries
+---@field text? boolean|table<string, string> false: without text entries; a table: these too (PNG, HDR)
 
 ---@class rt.image
 local Image = {}
@@ -643,13 +643,14 @@ function Image:hash() end
 ---@return { differing: integer, first: integer[]?, max: number, mse: number, psnr: number, map: rt.image? }
 function Image:compare(other, options) end
 
----A text entry, as PNG files hold them.
+---A text entry that was set; entries of a file are read by rt.image_text.
 ---@param key string
 ---@return string?
 function Image:text(key) end
 
----@param key string
----@param value string
+---Goes into PNG and HDR files.
+---@param key string 1 ... 79 printable ASCII characters
+---@param value string without NUL bytes
 function Image:set_text(key, value) end
 
 ---Frees the image now. Twice is fine.
@@ -659,6 +660,11 @@ function Image:release() end
 ---@param what string|{ width: integer, height: integer, pixel: (fun(x: integer, y: integer): number, number, number)? }
 ---@return rt.image
 function rt.image(what) end
+
+---The text entries of an image file (PNG, HDR; others have none), read without its pixels. Of equal keys the first counts.
+---@param path string
+---@return table<string, string>
+function rt.image_text(path) end
 
 ---The same as a:compare(b).
 ---@param a rt.image

@@ -119,11 +119,26 @@ void rti_sleep(double seconds);
  * + 1). */
 rt_status rti_file_read(rt_context *ctx, const char *path, uint64_t limit, void **data, size_t *size);
 
+/* A file read in pieces, for those that do not fit the memory: regular files alone. */
+typedef struct rti_reader rti_reader;
+rt_status rti_reader_open(rt_context *ctx, const char *path, rti_reader **reader);
+uint64_t rti_reader_size(const rti_reader *reader);
+/* Exactly `size` bytes from `offset`; IO when the file has no such bytes (any more). */
+rt_status rti_reader_read(rti_reader *reader, uint64_t offset, void *to, size_t size);
+void rti_reader_close(rti_reader *reader); /* NULL is fine */
+
 /* Writes beside the target and renames when all is on disk: a reader sees the old file or the new, never a part. */
 typedef struct rti_writer rti_writer;
 rt_status rti_writer_open(rt_context *ctx, const char *path, rti_writer **writer); /* path "-": standard output */
 rt_status rti_writer_write(rti_writer *writer, const void *data, size_t size);     /* first error is kept and returned again */
 rt_status rti_writer_close(rti_writer *writer, bool keep); /* keep false, or an error before: the target is untouched */
+
+/* ---- compressed bytes (inflate.c) ---- */
+
+/* Unpacks a zlib stream (RFC 1950) of hostile origin into a new block of *capacity bytes, *size of them and a NUL behind used. Returns NULL (and a
+ * block), or what is wrong with it; "" when memory is missing. More than `limit` bytes are wrong too. */
+const char *rti_inflate(rt_context *ctx, const uint8_t *in, size_t in_size, size_t limit, uint8_t **out, size_t *size,
+                        size_t *capacity);
 
 /* ---- numbers and text (text.c); independent of the locale ---- */
 

@@ -100,36 +100,120 @@ static rt_status read_all(rt_context *ctx, int fd, const char *path, uint64_t li
     return RT_OK;
 }
 
-rt_status rti_file_read(rt_context *ctx, const char *path, uint64_t limit, void **data, size_t *size)
+/* A regular file, open; *size: its bytes now. */
+static rt_status open_regular(rt_context *ctx, const char *path, int *fd, uint64_t *size)
 {
     struct stat st;
     char name[512];
+    *fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); /* a named pipe without a writer does not hang us */
+    if (*fd < 0)
+        return fail_path(ctx, "open it for reading", path, errno);
+    if (fstat(*fd, &st) != 0) {
+        int e = errno;
+        close(*fd);
+        return fail_path(ctx, "look at it", path, e);
+    }
+    if (!S_ISREG(st.st_mode)) {
+        close(*fd);
+        return rti_fail(ctx, RT_ERROR_IO, "%s: %s, not a regular file", rti_quote(name, sizeof name, path, strlen(path)),
+                        S_ISDIR(st.st_mode) ? "it is a folder" : "it is a device or a pipe");
+    }
+    *size = (uint64_t)st.st_size;
+    return RT_OK;
+}
+
+rt_status rti_file_read(rt_context *ctx, const char *path, uint64_t limit, void **data, size_t *size)
+{
+    char name[512];
+    uint64_t bytes;
     rt_status status;
     int fd;
     *data = NULL;
     *size = 0;
-    fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); /* a named pipe without a writer does not hang us */
-    if (fd < 0)
-        return fail_path(ctx, "open it for reading", path, errno);
-    if (fstat(fd, &st) != 0) {
-        int e = errno;
-        close(fd);
-        return fail_path(ctx, "look at it", path, e);
-    }
-    if (!S_ISREG(st.st_mode)) {
-        close(fd);
-        return rti_fail(ctx, RT_ERROR_IO, "%s: %s, not a regular file", rti_quote(name, sizeof name, path, strlen(path)),
-                        S_ISDIR(st.st_mode) ? "it is a folder" : "it is a device or a pipe");
-    }
-    if ((limit && (uint64_t)st.st_size > limit) || (uint64_t)st.st_size > SIZE_MAX / 4) {
+    status = open_regular(ctx, path, &fd, &bytes);
+    if (status != RT_OK)
+        return status;
+    if ((limit && bytes > limit) || bytes > SIZE_MAX / 4) {
         close(fd);
         return rti_fail(ctx, RT_ERROR_MEMORY_LIMIT, "%s: the file has %llu bytes; %llu are allowed",
-                        rti_quote(name, sizeof name, path, strlen(path)), (unsigned long long)st.st_size,
+                        rti_quote(name, sizeof name, path, strlen(path)), (unsigned long long)bytes,
                         (unsigned long long)(limit ? limit : SIZE_MAX / 4));
     }
-    status = read_all(ctx, fd, path, limit, (size_t)st.st_size, data, size);
+    status = read_all(ctx, fd, path, limit, (size_t)bytes, data, size);
     close(fd);
     return status;
+}
+
+/* ---- reader ---- */
+
+struct rti_reader {
+    rt_context *ctx;
+    char *path;
+    size_t path_size;
+    uint64_t size;
+    int fd;
+};
+
+rt_status rti_reader_open(rt_context *ctx, const char *path, rti_reader **reader)
+{
+    rti_reader *r = rti_alloc_zero(ctx, sizeof *r);
+    rt_status status;
+    *reader = NULL;
+    if (!r)
+        return rti_fail_memory(ctx, "reading a file", sizeof *r);
+    r->ctx = ctx;
+    r->path_size = strlen(path) + 1;
+    r->path = rti_alloc(ctx, r->path_size);
+    if (r->path) {
+        memcpy(r->path, path, r->path_size);
+        status = open_regular(ctx, path, &r->fd, &r->size);
+    } else {
+        status = rti_fail_memory(ctx, "reading a file", r->path_size);
+    }
+    if (status != RT_OK) {
+        rti_free(ctx, r->path, r->path_size);
+        rti_free(ctx, r, sizeof *r);
+        return status;
+    }
+    *reader = r;
+    return RT_OK;
+}
+
+uint64_t rti_reader_size(const rti_reader *reader)
+{
+    return reader->size;
+}
+
+rt_status rti_reader_read(rti_reader *r, uint64_t offset, void *to, size_t size)
+{
+    unsigned char *p = to;
+    char name[512];
+    if (offset > r->size || size > r->size - offset)
+        return rti_fail(r->ctx, RT_ERROR_IO, "%s: %zu bytes were wanted from byte %llu; the file has %llu",
+                        rti_quote(name, sizeof name, r->path, strlen(r->path)), size, (unsigned long long)offset,
+                        (unsigned long long)r->size);
+    while (size > 0) {
+        ssize_t n = pread(r->fd, p, size, (off_t)offset);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n <= 0)
+            return n < 0 ? fail_path(r->ctx, "read it", r->path, errno)
+                         : rti_fail(r->ctx, RT_ERROR_IO, "%s: the file became shorter while it was read",
+                                    rti_quote(name, sizeof name, r->path, strlen(r->path)));
+        p += n;
+        size -= (size_t)n;
+        offset += (uint64_t)n;
+    }
+    return RT_OK;
+}
+
+void rti_reader_close(rti_reader *r)
+{
+    if (!r)
+        return;
+    close(r->fd);
+    rti_free(r->ctx, r->path, r->path_size);
+    rti_free(r->ctx, r, sizeof *r);
 }
 
 /* ---- writer ---- */

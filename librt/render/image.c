@@ -1,7 +1,7 @@
 /* Images: memory, pixels and text entries. */
 #include <string.h>
 
-#include "image.h"
+#include "image_text.h"
 
 /* Asking the system what is free reads files: not for every thumbnail. */
 #define ROOM_CHECK_FROM ((uint64_t)64 << 20)
@@ -150,11 +150,11 @@ rt_status rt_image_set_text(rt_image *image, const char *key, const char *value)
     rti_text fresh, *old;
     if (!key || !value)
         return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: the %s is NULL", what, key ? "value" : "key");
+    rt_status status = rti_text_check_key(ctx, what, key);
+    if (status != RT_OK)
+        return status;
     fresh.key_size = strlen(key) + 1;
     fresh.value_size = strlen(value) + 1;
-    if (fresh.key_size < 2 || fresh.key_size > RTI_TEXT_KEY_MAX + 1)
-        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: the key has %zu bytes; it must have 1 ... %u", what, fresh.key_size - 1,
-                        RTI_TEXT_KEY_MAX);
     if (!rti_reserve(ctx, (void **)&image->texts, &image->text_capacity, image->text_count, 1, sizeof *image->texts))
         return rti_fail_memory(ctx, what, (image->text_count + 1) * sizeof *image->texts);
     fresh.key = copy_text(ctx, key, fresh.key_size);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "../scene/import/srgb.h"
+#include "image_text.h"
 
 struct rti_row_writer {
     rti_saver saver;
@@ -14,6 +15,8 @@ struct rti_row_writer {
     rt_tone tone;
     void *row; /* samples of one row */
     size_t row_size, name_size;
+    rti_text *texts; /* the image's and the caller's together, when there are of the latter */
+    size_t texts_size;
     bool begun;
     rti_srgb_encoder encoder;
 };
@@ -158,6 +161,7 @@ static void free_writer(rti_row_writer *w)
     rt_context *ctx = w->saver.ctx;
     if (w->begun)
         w->saver.format->dispose(&w->saver);
+    rti_free(ctx, w->texts, w->texts_size);
     rti_free(ctx, w->row, w->row_size);
     rti_free(ctx, w->saver.name, w->name_size);
     rti_free(ctx, w, sizeof *w);
@@ -209,7 +213,12 @@ rt_status rti_rows_open_as(rt_context *ctx, const rti_save_format *format, const
     if (w->saver.bits == 8)
         rti_srgb_encoder_init(&w->encoder);
     rti_fp_leave(env);
-    status = start(w, path);
+    if (!d.no_text && d.text_count) {
+        status = rti_texts_merge(ctx, texts, text_count, d.texts, d.text_count, &w->texts, &w->saver.text_count, &w->texts_size);
+        w->saver.texts = w->texts;
+    }
+    if (!status)
+        status = start(w, path);
     if (status) {
         if (w->saver.out)
             rti_writer_close(w->saver.out, false);

@@ -1,5 +1,6 @@
 /* Radiance HDR: RGBE, rows run-length coded channel by channel where the format allows it (8 ... 32767 pixels a row).
  * Source: G. Ward, "Real Pixels", Graphics Gems II, 1991. Mantissas are rounded to nearest, not cut, but for those above 255. */
+#include "image_text.h"
 #include "save_formats.h"
 
 #include <string.h>
@@ -20,8 +21,9 @@ static rt_status hdr_begin(rti_saver *s)
     s->state = rti_alloc(s->ctx, state_size(s));
     if (!s->state)
         return rti_fail_memory(s->ctx, s->name, state_size(s));
-    int length = snprintf(head, sizeof head, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %u +X %u\n", (unsigned)s->height,
-                          (unsigned)s->width);
+    rti_writer_write(s->out, "#?RADIANCE\n", 11);
+    rti_texts_write_hdr(s->out, s->texts, s->text_count);
+    int length = snprintf(head, sizeof head, "FORMAT=32-bit_rle_rgbe\n\n-Y %u +X %u\n", (unsigned)s->height, (unsigned)s->width);
     return rti_writer_write(s->out, head, (size_t)length);
 }
 

@@ -18,15 +18,45 @@ function image.field(value, who, key)
   return value
 end
 
+-- text = false leaves all text out; { key = "value" } adds entries.
+local function text_field(value, who, key)
+  if type(value) == "boolean" then
+    return value
+  elseif type(value) ~= "table" then
+    check.fail("%s: %s must be true, false or a table { Title = \"...\" }; got %s", who, key, check.describe(value))
+  end
+  local list = {}
+  for _, name in ipairs(check.sorted_keys(value)) do
+    if type(name) ~= "string" then
+      check.fail("%s: %s has the key %s; its keys must be strings, as in { Title = \"...\" }", who, key, check.describe(name))
+    elseif type(value[name]) ~= "string" or value[name]:find("\0", 1, true) then
+      local got = type(value[name]) == "string" and "one with a NUL byte inside" or check.describe(value[name])
+      check.fail("%s: %s.%s must be a string; got %s", who, key, name, got)
+    end
+    list[#list + 1] = name
+    list[#list + 1] = value[name]
+  end
+  return list
+end
+
+-- The checked options of saving, as C reads them; who: for messages.
+function image.save_options(options, who)
+  local checked = check.fields(options or {}, image.save_fields, who)
+  if type(checked.text) == "table" then
+    checked.texts, checked.text = checked.text, nil
+  end
+  return checked
+end
+
 image.save_fields = {
   format = check.choice { "png", "jpg", "bmp", "tga", "hdr" }, exposure = check.number { low = -32, high = 32 },
   tone = check.choice { "none", "filmic" }, bits = check.integer { low = 8, high = 16 }, quality = check.integer { low = 1, high = 100 },
-  alpha = check.boolean, text = check.boolean,
+  alpha = check.boolean, text = text_field,
 }
 
 -- image:save(path, { format, exposure, tone, bits, quality, alpha, text }): the path is relative to where the program runs. Returns the image.
 function methods.save(self, path, options)
-  local checked = check.fields(options or {}, image.save_fields, "image:save")
+  local checked = image.save_options(options, "image:save")
   core.image_save(self, check.string(path, "image:save", "the path"), checked)
   return self
 end
@@ -68,6 +98,11 @@ function image.new(what)
     return make(check.plain_table(what, "rt.image", [[rt.image { width = 64, height = 64 }]]))
   end
   return core.image_load(require("rt.run").resolve(check.string(what, "rt.image", "the path")))
+end
+
+-- rt.image_text(path): the text entries of an image file, { [key] = value }, without reading its pixels.
+function image.text(path)
+  return core.image_text(require("rt.run").resolve(check.string(path, "rt.image_text", "the path")))
 end
 
 function image.compare(a, b, options)

@@ -27,7 +27,7 @@ local rt = {
   torus = shapes.torus, mesh = mesh.mesh, polyhedron = mesh.polyhedron, group = mesh.group, instance = mesh.instance,
   -- values
   vec = vec.make, srgb = vec.srgb, transform = transform.make, translate = transform.translate, scale = transform.scale, rotate = transform.rotate,
-  buffer = core.buffer, image = image.new, compare = image.compare, random = core.random,
+  buffer = core.buffer, image = image.new, image_text = image.text, compare = image.compare, random = core.random,
   -- scripts
   params = params.declare, load = load.load, main = load.main,
   -- the renderer

@@ -353,7 +353,7 @@ end
 local file_fields = {
   progress = check.callable, band_memory = check.integer { low = 0, high = math.maxinteger },
   save = function(value, who, key)
-    return check.fields(check.plain_table(value, who .. ": " .. key, "{ tone = 'filmic' }"), image.save_fields, who .. ": " .. key)
+    return image.save_options(check.plain_table(value, who .. ": " .. key, "{ tone = 'filmic' }"), who .. ": " .. key)
   end,
 }
 

@@ -4,6 +4,7 @@ local sys = require "rtray.sys"
 local json = require "rtray.json"
 local output = require "rtray.output"
 local progress = require "rtray.progress"
+local report = require "rtray.report"
 
 local bands = {}
 
@@ -21,8 +22,12 @@ function bands.render(opened, target, values)
   local begun = sys.now()
   sys.defer(true)
   local at = 0
+  local save = { text = report.texts(opened, settings) }
+  for key, value in pairs(target.save) do -- a copy: the order is of no matter
+    save[key] = value
+  end
   local whole = scene:render_to_file(target.path, {
-    save = target.save, band_memory = values.band_memory or band_memory(settings.memory_limit or 0),
+    save = save, band_memory = values.band_memory or band_memory(settings.memory_limit or 0),
     progress = function(done)
       at = done
       shown:update(done)

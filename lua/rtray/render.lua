@@ -75,18 +75,6 @@ local function attend(job, values, shown, stale)
   end
 end
 
--- What the file says about itself. Only what decides the picture: equal pictures make equal files, however they were computed.
-local function describe(image, opened, settings)
-  local rt = require "rt"
-  image:set_text("Software", "librt " .. rt.version)
-  image:set_text("Scene", types.quote(files.name_of(opened.run.path)):sub(2, -2))
-  image:set_text("Settings", json.encode(report.picture_settings(settings)))
-  if #opened.run.params > 0 then
-    image:set_text("Parameters", json.encode(report.parameter_values(opened.run)))
-  end
-  image:set_text("Hash", image:hash())
-end
-
 local function interrupted(target, done, saved)
   local percent = math.floor(done * 100)
   if not saved then
@@ -100,8 +88,12 @@ end
 
 local function finish(opened, job, target, values)
   local image, stats = job:image(), job:stats()
-  describe(image, opened, job.settings)
-  image:save(target.path, target.save)
+  local save = { text = report.texts(opened, job.settings) }
+  save.text.Hash = image:hash()
+  for key, value in pairs(target.save) do -- a copy: the order is of no matter
+    save[key] = value
+  end
+  image:save(target.path, save)
   if values.preview then
     image:save(values.preview)
   end

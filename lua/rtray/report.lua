@@ -1,7 +1,9 @@
 -- What a render tells about itself: the closing line, statistics, settings, as text and as JSON.
 
+local files = require "rtray.files"
 local json = require "rtray.json"
 local output = require "rtray.output"
+local types = require "rtray.types"
 
 local report = {}
 
@@ -48,6 +50,17 @@ function report.parameter_values(run)
     object:set(p.name, parameter(p.value))
   end
   return object
+end
+
+-- What an image file says about itself: { [key] = text }. Only what decides the picture: equal pictures make equal files, however they were computed.
+function report.texts(opened, settings)
+  local run = opened.run
+  return {
+    Software = "librt " .. require("rt").version,
+    Scene = types.quote(files.name_of(run.path)):sub(2, -2),
+    Settings = json.encode(report.picture_settings(settings)),
+    Parameters = #run.params > 0 and json.encode(report.parameter_values(run)) or nil,
+  }
 end
 
 function report.render_json(path, image, settings, stats)

@@ -78,6 +78,37 @@ describe("an image", function()
     image:set_text("Author", "nobody")
     assert.equal("nobody", image:text "Author")
     assert.is_nil(image:text "Title")
+    raises("set_text: the value has a NUL byte inside", function() return image:set_text("a", "b\0c"), nil end)
+    raises("the key has 0 bytes; it must have 1 ... 79", function() return image:set_text("", "x"), nil end)
+  end)
+
+  it("has its text read from its file", function()
+    support.in_folder(function(folder)
+      local script = "return '<script>$(x)%s\"\\\r\n\n\255' -- \195\164\n"
+      for _, ending in ipairs { "png", "hdr" } do
+        local path = folder .. "/it's $(an) image." .. ending
+        local image = gradient()
+        image:set_text("Author", "nobody")
+        image:save(path, { text = { Script = script, Hash = image:hash(), Author = "me" } })
+        assert.same({ Author = "me", Hash = image:hash(), Script = script }, rt.image_text(path))
+        assert.equal("nobody", image:text "Author")
+        image:save(path, { text = false })
+        assert.same({}, rt.image_text(path))
+        support.ball():render_to_file(path, { save = { text = { Script = script } } })
+        assert.same({ Script = script }, rt.image_text(path))
+      end
+      assert.same({}, rt.image_text(gradient():save(folder .. "/x.bmp") and folder .. "/x.bmp"))
+      local message = support.message(rt.image_text, support.write(folder .. "/cut.png", "\137PNG\r\n\26\n"))
+      assert.is_truthy(message:find("cut.png: byte 8: this PNG file is cut", 1, true), message)
+    end)
+    local function text(value)
+      return function() return gradient():save("x.png", { text = value }), nil end
+    end
+    raises("image:save: text must be true, false or a table { Title = \"...\" }; got 3", text(3))
+    raises("image:save: text has the key 1; its keys must be strings, as in { Title = \"...\" }", text { "x" })
+    raises("image:save: text.Title must be a string; got 4", text { Title = 4 })
+    raises("image:save: text.Title must be a string; got one with a NUL byte inside", text { Title = "a\0" })
+    raises("saving an image: the key has 0 bytes; it must have 1 ... 79", text { [""] = "a" })
   end)
 
   it("is released twice, and says so", function()

@@ -18,13 +18,27 @@ RT_API uint32_t rt_image_height(const rt_image *image);
 RT_API float *rt_image_pixels(rt_image *image);
 RT_API const float *rt_image_pixels_const(const rt_image *image);
 
-/** A text entry (metadata), kept in order; an equal key replaces. It goes into PNG text chunks. Errors MEMORY, ARGUMENT (empty key, > 79 bytes). */
+/** A text entry (metadata), kept in order; an equal key replaces. It goes into PNG text chunks and the comments of an HDR file's head; other formats
+ *  hold none. The key has 1 ... 79 printable ASCII characters, no space at either end and no two in a row (PNG's rule); the value any bytes, UTF-8 for
+ *  others to read it. Errors MEMORY, ARGUMENT (the key). */
 RT_API rt_status rt_image_set_text(rt_image *image, const char *key, const char *value);
 RT_API const char *rt_image_get_text(const rt_image *image, const char *key); /* NULL: none */
 
 /** Reads PNG, JPEG, GIF, BMP, TGA, HDR (8-bit values are taken as sRGB). The size is checked against the memory limit before decoding; cut files are refused.
  *  Errors IO, FORMAT, MEMORY, UNSUPPORTED (built without a reader). */
 RT_API rt_status rt_image_load(rt_context *context, const char *path, rt_image **image);
+
+typedef struct rt_text {
+    const char *key, *value; /**< as for rt_image_set_text */
+} rt_text;
+
+/** Called for each entry; the strings live until it returns. Non-zero: no more entries are wanted. */
+typedef int (*rt_text_fn)(void *user, const char *key, const char *value);
+/** Reads the text entries of an image file in their order, pixels aside: PNG's tEXt, zTXt and iTXt chunks as UTF-8, and of an HDR file what librt wrote
+ *  into its comments and the variables of its head (KEY=VALUE, FORMAT left out). JPEG, GIF, BMP and TGA have none: no call, OK. A value ends at its first
+ *  NUL byte. At most 64 MiB of one entry are read, whatever the file promises; a damaged file may have told entries before the error.
+ *  Errors IO, FORMAT (no image, cut, checksum wrong: the sentence names the byte), MEMORY, ARGUMENT. Threads any. */
+RT_API rt_status rt_image_read_texts(rt_context *context, const char *path, rt_text_fn entry, void *user);
 
 typedef enum rt_tone { RT_TONE_NONE = 0, RT_TONE_FILMIC } rt_tone;
 typedef struct rt_save_desc {
@@ -36,6 +50,8 @@ typedef struct rt_save_desc {
     uint32_t quality;   /**< JPEG: 1 ... 100 */
     int alpha;          /**< PNG, TGA: keep the coverage as alpha */
     int no_text;        /**< leave the text entries out */
+    const rt_text *texts; /**< [text_count] entries beside the image's own, which an equal key replaces; copied into the file */
+    uint32_t text_count;
 } rt_save_desc;
 RT_API rt_save_desc rt_save_desc_default(void);
 /** Writes the file beside the target and renames it when whole; "-" is standard output (format needed). Without libpng, PNG has 8 bits.
