@@ -552,8 +552,8 @@ function rt.translate(x, y, z) end
 ---@return rt.transform
 function rt.scale(x, y, z) end
 
----@param axis rt.vec3
----@param degrees number right-handed
+---@param axis rt.vec3|rt.quat
+---@param degrees? number right-handed; a quat needs none
 ---@return rt.transform
 function rt.rotate(axis, degrees) end
 
@@ -678,6 +678,166 @@ function rt.compare(a, b, options) end
 ---@param ... number|string
 ---@return number
 function rt.random(key, ...) end
+
+-- ---- animation ----
+
+---@class rt.animation_desc
+---@field frames integer how many
+---@field scene fun(t: number, frame: integer, seconds: number): rt.scene called for every frame
+---@field fps? number frames a second, 24
+---@field loop? boolean t = frame / frames, so that the frame after the last is the first; otherwise t = frame / (frames - 1), reaching 1
+---@field shutter? number part of a frame's time for which the shutter is open, up to 1: what moves is blurred
+---@field name? string
+local animation_desc = {}
+
+---@class rt.animation
+---@field frames integer
+---@field fps number
+---@field loop boolean
+---@field shutter? number
+local Animation = {}
+
+---The scene of a frame, 0 ... frames - 1. An error names the frame.
+---@param frame integer
+---@return rt.scene
+function Animation:scene_at(frame) end
+
+---@param frame number
+---@return number t
+---@return number seconds
+function Animation:time(frame) end
+
+---Scenes by time. `rtray animate` renders it, `rtray render --frame N` one frame of it.
+---@param desc rt.animation_desc
+---@return rt.animation
+function rt.animation(desc) end
+
+---A name ("linear", "smooth", "smoother", "in", "out", "in_out", "step", "overshoot", "bounce"), CSS's cubic-bezier {x1, y1, x2, y2}, or a function.
+---@alias rt.easing string|number[]|fun(x: number): number
+
+---The eased x (0 ... 1), or without x the easing's function.
+---@param how rt.easing
+---@param x? number
+---@return number|fun(x: number): number
+function rt.ease(how, x) end
+
+---@class rt.keys
+---@operator call(number): any
+local Keys = {}
+
+---The value at a time; keys(t) is the same.
+---@param t number
+---@return any
+function Keys:at(t) end
+
+---The times of the first and the last key.
+---@return number first
+---@return number last
+function Keys:span() end
+
+---Values at times: { {time, value, ease = how the value comes here}, ..., ease = of all keys, loop = "hold"|"repeat"|"mirror" }. Values are numbers,
+---vectors, colours, lists of numbers, rotations (rt.quat), or texts, booleans and descriptions, which hold until the next key.
+---@param list table
+---@return rt.keys
+function rt.keys(list) end
+
+---@class rt.quat
+---@operator mul(rt.quat): rt.quat
+local Quat = {}
+
+---Where a point goes; q * p is the same.
+---@param p rt.vec3
+---@return rt.vec
+function Quat:point(p) end
+
+---@return rt.quat
+function Quat:inverse() end
+
+---@return rt.transform
+function Quat:transform() end
+
+---From this rotation at t = 0 to r at t = 1, the shortest way at an even pace.
+---@param r rt.quat
+---@param t number
+---@return rt.quat
+function Quat:slerp(r, t) end
+
+---A rotation: none; about an axis by degrees; from one direction to another; or of numbers {x, y, z, w}.
+---@param axis? rt.vec3|number[]
+---@param degrees? number|rt.vec3
+---@return rt.quat
+function rt.quat(axis, degrees) end
+
+---@class rt.path
+---@operator call(number): rt.vec
+local Path = {}
+
+---The point at t, 0 ... 1; path(t) is the same.
+---@param t number
+---@return rt.vec
+function Path:at(t) end
+
+---The unit direction in which the path runs at t.
+---@param t number
+---@return rt.vec
+function Path:direction(t) end
+
+---@return number
+function Path:length() end
+
+---A camera at t: rt.camera's keys without eye; look_at may be a function of t, and is what lies ahead when left out.
+---@param t number
+---@param keys? table
+---@return rt.camera
+function Path:camera(t, keys) end
+
+---A smooth curve (centripetal Catmull-Rom) through points: { {x, y, z}, ..., closed = false, even = true }. even: equal times are equal lengths.
+---@param points table
+---@return rt.path
+function rt.path(points) end
+
+---@class rt.orbit
+---@operator call(number): rt.vec
+local Orbit = {}
+
+---The point at t, 0 ... 1; orbit(t) is the same.
+---@param t number
+---@return rt.vec
+function Orbit:at(t) end
+
+---@param t number
+---@return rt.vec
+function Orbit:direction(t) end
+
+---@return number
+function Orbit:length() end
+
+---A camera at t, which looks at the centre unless told otherwise.
+---@param t number
+---@param keys? table
+---@return rt.camera
+function Orbit:camera(t, keys) end
+
+---@class rt.orbit_desc
+---@field radius number
+---@field center? rt.vec3
+---@field height? number along the axis
+---@field from? number degrees; 0 is on the side of +z, 90 of +x
+---@field turns? number of the whole t; negative ones run the other way
+---@field axis? rt.vec3
+local orbit_desc = {}
+
+---A circle around an axis.
+---@param desc rt.orbit_desc
+---@return rt.orbit
+function rt.orbit(desc) end
+
+---The transform that puts a thing to `from`, its +z towards `to`, its +y upwards.
+---@param from rt.vec3
+---@param to rt.vec3
+---@param up? rt.vec3
+---@return rt.transform
+function rt.look_at(from, to, up) end
 
 -- ---- scripts ----
 

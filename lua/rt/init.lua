@@ -14,6 +14,11 @@ local params = require "rt.params"
 local load = require "rt.load"
 local log = require "rt.log"
 local configure = require "rt.configure"
+local animation = require "rt.animation"
+local ease = require "rt.ease"
+local keys = require "rt.keys"
+local path = require "rt.path"
+local quat = require "rt.quat"
 
 local version, build = core.version()
 
@@ -28,6 +33,8 @@ local rt = {
   -- values
   vec = vec.make, srgb = vec.srgb, transform = transform.make, translate = transform.translate, scale = transform.scale, rotate = transform.rotate,
   buffer = core.buffer, image = image.new, image_text = image.text, compare = image.compare, random = core.random,
+  -- animation
+  animation = animation.new, keys = keys.make, ease = ease.make, quat = quat.make, path = path.make, orbit = path.orbit, look_at = path.look_at,
   -- scripts
   params = params.declare, load = load.load, main = load.main,
   -- the renderer

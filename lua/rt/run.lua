@@ -105,10 +105,34 @@ function run.detect_program()
   current = r
 end
 
+-- "file:line: " of the last `return` within a function, whose tail call took it from the stack; of its head when there is none.
+function run.place_of(f)
+  local info = debug.getinfo(f, "S")
+  local path = info.source:match "^@(.*)$"
+  if not path then
+    return ""
+  end
+  local last
+  local file = io.open(path, "rb")
+  if file then
+    local number = 0
+    for line in file:lines() do
+      number = number + 1
+      if number >= info.linedefined and number <= info.lastlinedefined and (line:find "^%s*return%f[%W]" or line:find "%f[%w]return%f[%W].*end") then
+        last = number
+      end
+    end
+    file:close()
+  end
+  return ("%s:%d: "):format(path, last or info.linedefined)
+end
+
 -- `return rt.scene { ... }` is a tail call, which takes the script from the stack: its place is then that last `return`.
 core.on_lost_place(function()
   if not current or not current.path then
     return ""
+  elseif current.inner then -- an animation's scene function runs
+    return run.place_of(current.inner)
   end
   local last
   local file = io.open(current.path, "rb")

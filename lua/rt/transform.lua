@@ -48,8 +48,12 @@ function transform.scale(x, y, z)
   return wrap(core.scale(by))
 end
 
--- rt.rotate(axis, degrees), right-handed
+-- rt.rotate(axis, degrees), right-handed; rt.rotate(q) of an rt.quat
 function transform.rotate(axis, degrees)
+  local m = getmetatable(axis)
+  if degrees == nil and type(m) == "table" and m.__name == "rt.quat" then
+    return axis:transform()
+  end
   local angle = check.number()(degrees, "rt.rotate", "the angle")
   return wrap(core.rotate(check.direction(axis, "rt.rotate", "the axis"), angle))
 end

@@ -16,6 +16,9 @@ local function scene_arguments(values)
   if values.set then
     list[#list + 1] = "--set=" .. values.set
   end
+  if values.frame then
+    list[#list + 1] = ("--frame=%d"):format(values.frame)
+  end
   if values.seed then
     list[#list + 1] = ("--seed=%d"):format(values.seed)
   end

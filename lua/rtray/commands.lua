@@ -8,14 +8,14 @@ local commands = {
   {
     name = "render", summary = "render a scene to an image file", module = "rtray.render",
     arguments = { SCENE },
-    options = options.take("output", "size", "samples", "workers", "define", "set", "integrator", "tracer", "builder", "tile",
+    options = options.take("output", "size", "samples", "workers", "define", "set", "frame", "integrator", "tracer", "builder", "tile",
       "schedule", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "crop", "seed", "memory_limit", "exposure",
       "tone", "bits", "quality", "alpha", "format", "bands", "band_memory", "watch", "preview", "progress", "quiet", "json", "stats",
       "settings"),
     text = [[
 SCENE is a Lua script, an old scene definition file (.sdf) or a mesh file (PLY, OBJ, STL). Without -o the image is NAME.png in this
 folder. A setting given here wins over the chosen set, that over the script's settings, those over the built-in ones. A mesh file is
-shown on a floor under a lamp, with a camera that frames it.
+shown on a floor under a lamp, with a camera that frames it. Of an animation one frame is rendered, --frame N or the first.
 
 Ctrl-C (or SIGTERM) saves what is finished and ends; a second one ends at once. An image that does not fit the memory is rendered band
 by band straight into the file; --bands asks for that.]],
@@ -28,7 +28,7 @@ by band straight into the file; --bands asks for that.]],
   {
     name = "info", summary = "show what a scene holds: counts, memory, trees; without a scene: this build", module = "rtray.info",
     arguments = { { name = "SCENE", type = "scene", optional = true } },
-    options = options.take("size", "samples", "workers", "define", "set", "tracers_list", "builder", "seed", "json"),
+    options = options.take("size", "samples", "workers", "define", "set", "frame", "tracers_list", "builder", "seed", "json"),
     text = [[
 Prints the counts of a scene, the memory it and a render of it take, and for each tree: references, growth, build time, depth, nodes,
 leaves, empty leaves with their ratio, the largest leaf, the SAH cost and bytes. --tracers picks the trees (kdtree and octree are built
@@ -61,7 +61,7 @@ The script renders the same bits as the file. Without -o it is written beside th
   {
     name = "verify", summary = "check that every arrangement gives the same image; exit status 4 when not", module = "rtray.verify",
     arguments = { SCENE },
-    options = options.take("size", "samples", "define", "set", "integrator", "workers_list", "tiles_list",
+    options = options.take("size", "samples", "define", "set", "frame", "integrator", "workers_list", "tiles_list",
       "tracers_list", "seed", "json", "quiet"),
     text = [[
 Renders the scene with workers 1, 2, 3, 8, tiles 8, 16, 64 and every structure, and prints the hash of each image in a table. Brute force
@@ -71,7 +71,7 @@ is left out above 10,000 primitives unless --tracers names it. The script is als
   {
     name = "bench", summary = "measure render and build times of a scene", module = "rtray.bench",
     arguments = { SCENE },
-    options = options.take("output", "size", "samples", "define", "set", "integrator", "workers_list", "tracers_list",
+    options = options.take("output", "size", "samples", "define", "set", "frame", "integrator", "workers_list", "tracers_list",
       "runs", "seed", "json", "quiet"),
     text = [[
 Times the builders of the trees, then renders of the scene for each structure and worker count, runs interleaved, and prints medians.
@@ -104,16 +104,16 @@ then read from standard input without a prompt.]],
   -- What commands run in processes of their own (child.lua).
   {
     name = "describe", summary = "print the hash of a scene's description", hidden = true, arguments = { SCENE }, module = "rtray.child",
-    entry = "describe", options = options.take("define", "set", "seed"), text = "Used by verify.", examples = { "rtray describe x.lua" },
+    entry = "describe", options = options.take("define", "set", "frame", "seed"), text = "Used by verify.", examples = { "rtray describe x.lua" },
   },
   {
     name = "measure", summary = "time one render", hidden = true, arguments = { SCENE }, module = "rtray.child", entry = "measure",
-    options = options.take("size", "samples", "workers", "define", "set", "integrator", "tracer", "builder", "seed"),
+    options = options.take("size", "samples", "workers", "define", "set", "frame", "integrator", "tracer", "builder", "seed"),
     text = "Prints seconds, seconds of the trees, rays, workers and the image's hash. Used by bench.", examples = { "rtray measure x.lua" },
   },
   {
     name = "build", summary = "time the builds of a scene's trees", hidden = true, arguments = { SCENE }, module = "rtray.child",
-    entry = "build", options = options.take("define", "set", "tracers_list", "builder", "seed"),
+    entry = "build", options = options.take("define", "set", "frame", "tracers_list", "builder", "seed"),
     text = "Prints a line a tree: name, group, seconds, nodes, depth, SAH cost, bytes. Used by bench.", examples = { "rtray build x.lua" },
   },
 }

@@ -55,6 +55,7 @@ row("format", { "--format" }, "choice", "NAME", "image format, else by the file'
 row("bands", { "--bands" }, nil, nil, "render band by band straight into the file (png, bmp, tga, hdr)")
 row("band_memory", { "--band-memory" }, "bytes", "BYTES", "memory of a band, as in 256M")
 
+row("frame", { "--frame" }, "count", "N", "the frame of an animation, counted from 0", { low = 0, high = 999999 })
 row("watch", { "--watch" }, nil, nil, "render again whenever the scene's files change")
 row("preview", { "--preview" }, "file", "FILE", "while rendering, keep FILE up to date with what is done")
 row("json", { "--json" }, nil, nil, "print one JSON object on standard output")

@@ -61,9 +61,19 @@ local function keep_clear(values)
   end
 end
 
--- { scene, run } of what stands at `path`: the run has the script's parameters and sets.
+-- The scene of an animation's frame: the one asked for, or the first.
+local function frame_of(animation, values, command)
+  local frame = values.frame or 0
+  if frame >= animation.frames then
+    cli.fault(command, "--frame %d: the animation has %d frame%s, 0 to %d", frame, animation.frames, animation.frames == 1 and "" or "s",
+      animation.frames - 1)
+  end
+  return animation:scene_at(frame)
+end
+
+-- Runs what stands at `path`: the value it returns, and the run with the script's parameters and sets.
 -- more: settings of the command's own, stronger than the options.
-function source.open(path, values, command, more)
+function source.load(path, values, command, more)
   local kind, why = sys.stat(path)
   if kind ~= "file" then -- a device may never end
     local reason = kind == "other" and "it is a device or a pipe, not a regular file" or kind and "it is a folder" or why
@@ -80,15 +90,43 @@ function source.open(path, values, command, more)
   for name, value in pairs(more or {}) do
     settings[name] = value
   end
-  local ok, scene, run = pcall(rt.load, path, overrides_of(values), { set = values.set, settings = settings, seed = values.seed or 0 })
+  local ok, value, run = pcall(rt.load, path, overrides_of(values), { set = values.set, settings = settings, seed = values.seed or 0 })
   if not ok then
-    blame(command, scene)
+    blame(command, value)
   end
-  if getmetatable(scene) == nil or getmetatable(scene).__name ~= "rt.scene" then
+  return value, run
+end
+
+local function kind_of(value)
+  local meta = getmetatable(value)
+  return type(meta) == "table" and meta.__name
+end
+
+-- { scene, run, animation } of what stands at `path`; of an animation, the scene of the frame that the options ask for.
+function source.open(path, values, command, more)
+  local value, run = source.load(path, values, command, more)
+  local animation
+  if kind_of(value) == "rt.animation" then
+    animation = value
+    value = frame_of(animation, values, command)
+  elseif kind_of(value) ~= "rt.scene" then
     error({ status = 1, message = ("%s: the script returns a %s; it must return a scene, as in `return rt.scene { ... }`"):format(path,
-      type(scene)) }, 0)
+      type(value)) }, 0)
+  elseif values.frame then
+    cli.fault(command, "--frame: %s is a single picture; rt.animation { frames = ..., scene = function(t) ... end } makes frames", types.quote(path))
   end
-  return { scene = scene, run = run }
+  return { scene = value, run = run, animation = animation }
+end
+
+-- The animation at `path`, and the run of its script.
+function source.animation(path, values, command)
+  local value, run = source.load(path, values, command)
+  if kind_of(value) ~= "rt.animation" then
+    local what = kind_of(value) == "rt.scene" and "scene" or type(value)
+    error({ status = 1, message = ("%s: the script returns a %s, not an animation; `return rt.animation { frames = ..., "
+      .. "scene = function(t) ... end }` makes one"):format(path, what) }, 0)
+  end
+  return value, run
 end
 
 return source

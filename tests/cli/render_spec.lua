@@ -296,4 +296,34 @@ return rt.scene { settings = { width = 4, height = 4 }, rt.sphere { center = {0,
     assert.not_equal(first, number("--seed", "1"))
     assert.equal(number("--seed=0x1"), number("--seed", "1"))
   end)
+
+  it("renders a frame of an animation", function()
+    local folder = support.folder()
+    local script = support.write(folder .. "/a.lua", [[
+local rt = require "rt"
+return rt.animation { frames = 8, scene = function(t, frame)
+  local radius = frame == 7 and 0 or 1
+  return rt.scene { settings = { size = {16, 12}, samples = 1 }, rt.point_light { at = {4, 4, 4} },
+    rt.sphere { center = {t, 0, 0}, radius = radius } }
+end }]])
+    local function render(...)
+      return rtray { "render", script, "-o", folder .. "/x.png", ... }
+    end
+    assert.equal(0, render("--frame", "6").status)
+    local sixth = support.read(folder .. "/x.png")
+    assert.equal(0, render().status)
+    local first = support.read(folder .. "/x.png")
+    assert.not_equal(first, sixth)
+    assert.equal(0, render("--frame", "0").status)
+    assert.equal(first, support.read(folder .. "/x.png"))
+    local r = render("--frame=7")
+    assert.equal(1, r.status)
+    assert.truthy(r.err:find("a.lua:5: rt.sphere: radius must be greater than 0; got 0 (frame 7, t = 1)", 1, true), r.err)
+    r = render("--frame=8")
+    assert.equal(2, r.status)
+    assert.truthy(r.err:find("--frame 8: the animation has 8 frames, 0 to 7", 1, true), r.err)
+    r = rtray { "render", support.small(folder), "--frame=0" }
+    assert.equal(2, r.status)
+    assert.truthy(r.err:find("is a single picture", 1, true), r.err)
+  end)
 end)

@@ -48,6 +48,9 @@ describe("the stub rt.d.lua", function()
     local objects = {
       Scene = getmetatable(scene).__index, Job = getmetatable(job).__index, Image = getmetatable(rt.image { width = 1, height = 1 }).__index,
       Transform = getmetatable(rt.transform()).__index,
+      Animation = getmetatable(rt.animation { frames = 1, scene = print }).__index, Keys = getmetatable(rt.keys { { 0, 1 } }).__index,
+      Quat = getmetatable(rt.quat()).__index, Path = getmetatable(rt.path { { 0, 0, 0 }, { 1, 0, 0 } }).__index,
+      Orbit = getmetatable(rt.orbit { radius = 1 }).__index,
     }
     for class, methods in pairs(objects) do
       assert.equal(sorted(methods), sorted(declared("\nfunction " .. class .. ":([%w_]+)")))
@@ -84,7 +87,8 @@ describe("the stub rt.d.lua", function()
 
   it("names every key of the constructors", function()
     for _, name in ipairs { "scene", "camera", "point_light", "sphere_light", "directional_light", "classic", "emissive", "texture", "sphere",
-      "spheres", "plane", "box", "cylinder", "cone", "torus", "mesh", "polyhedron", "group", "instance" } do
+      "spheres", "plane", "box", "cylinder", "cone", "torus", "mesh", "polyhedron", "group", "instance", "animation",
+      "orbit" } do
       assert.equal(sorted(keys_of(rt[name])), sorted(fields_of(name .. "_desc")), name)
     end
     assert.equal(sorted(keys_of(function(t) return rt.scene { settings = t } end)), sorted(fields_of "settings"))
@@ -101,10 +105,11 @@ describe("the guide docs/lua.md", function()
       count = count + 1
       local result = assert(load(code, "=docs/lua.md block " .. count))()
       if result then
+        result = result.scene_at and result:scene_at(0) or result
         assert.is_true(result:info().geometries > 0)
       end
     end
-    assert.equal(4, count)
+    assert.equal(5, count)
   end)
 end)
 
