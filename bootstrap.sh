@@ -39,6 +39,8 @@ has_lua() { has_module "${1:-lua5.4}" || has_module lua-5.4 || has_module lua54 
 has_stb() { has_header stb/stb_image.h || has_module stb; }
 has_cxx() { printf '#include <vector>\n' | "${CXX:-c++}" -x c++ -E - >/dev/null 2>&1; }
 has_lua_lib() { have lua5.4 && lua5.4 -e "require '$1'" >/dev/null 2>&1; }
+# The tests make themselves a German locale from its source.
+has_german() { have localedef && { test -f /usr/share/i18n/locales/de_DE || locale -a 2>/dev/null | grep -qi '^de_DE\.utf-\?8$'; }; }
 has_clang_rt() {
     have clang && test -n "$(find "$(clang -print-resource-dir 2>/dev/null)/lib" -name '*asan*.a' 2>/dev/null | head -n 1)"
 }
@@ -60,6 +62,7 @@ lua-busted      have busted
 lua-cjson       has_lua_lib cjson
 lua-check       have luacheck
 libcmocka-dev   has_header cmocka.h
+locales         has_german
 clang           have clang
 libclang-rt-dev has_clang_rt'
 

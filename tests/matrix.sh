@@ -26,6 +26,16 @@ UBSAN_OPTIONS=print_stacktrace=1:${UBSAN_OPTIONS:-}
 TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1:${TSAN_OPTIONS:-}
 export ASAN_OPTIONS UBSAN_OPTIONS TSAN_OPTIONS
 
+# A German locale of our own, for the tests that ask for one: the system's stay as they are.
+if command -v localedef >/dev/null 2>&1 && [ ! -d "$ROOT/out/locale/de_DE.UTF-8" ]; then
+    mkdir -p "$ROOT/out/locale"
+    localedef --no-archive -i de_DE -f UTF-8 "$ROOT/out/locale/de_DE.UTF-8" >"$LOGS/locale.log" 2>&1 || rm -rf "$ROOT/out/locale"
+fi
+if [ -d "$ROOT/out/locale/de_DE.UTF-8" ]; then
+    LOCPATH=$ROOT/out/locale
+    export LOCPATH
+fi
+
 launcher=
 command -v ccache >/dev/null 2>&1 && launcher=-DCMAKE_C_COMPILER_LAUNCHER=ccache
 

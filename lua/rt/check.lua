@@ -7,6 +7,10 @@ local words = require "rt.words"
 local check = {}
 
 local type, math_type = type, math.type
+
+local function number(x)
+  return words.number(x, "%g")
+end
 local FLOAT_MAX = 3.4028234e38
 
 function check.fail(...)
@@ -19,7 +23,9 @@ function check.describe(value)
   local kind = type(value)
   if kind == "string" then
     return "'" .. words.quote(value) .. "'"
-  elseif kind == "number" or kind == "boolean" or kind == "nil" then
+  elseif kind == "number" then
+    return words.number(value)
+  elseif kind == "boolean" or kind == "nil" then
     return tostring(value)
   end
   local meta = getmetatable(value)
@@ -72,16 +78,16 @@ local function expect_number(value, who, key)
   elseif value ~= value then
     fail("%s: %s is not a number (NaN); look for 0/0 or a root of a negative number", who, key)
   elseif not finite(value) then
-    fail("%s: %s is %s; it must be finite in single precision", who, key, tostring(value))
+    fail("%s: %s is %s; it must be finite in single precision", who, key, words.number(value))
   end
 end
 
 -- "from 0 to 1", "greater than 0", ...
 local function range_words(range)
-  local low = range.low and ("at least %g"):format(range.low) or range.above and ("greater than %g"):format(range.above)
-  local high = range.high and ("at most %g"):format(range.high) or range.below and ("less than %g"):format(range.below)
+  local low = range.low and "at least " .. number(range.low) or range.above and "greater than " .. number(range.above)
+  local high = range.high and "at most " .. number(range.high) or range.below and "less than " .. number(range.below)
   if range.low and range.high then
-    return ("from %g to %g"):format(range.low, range.high)
+    return "from " .. number(range.low) .. " to " .. number(range.high)
   end
   return low and high and low .. " and " .. high or low or high
 end
@@ -98,7 +104,7 @@ function check.number(range)
       expect_number(value, who, key)
     end
     if outside(value, range) then
-      fail("%s: %s must be %s; got %s", who, key, range_words(range), tostring(value))
+      fail("%s: %s must be %s; got %s", who, key, range_words(range), words.number(value))
     end
     return value
   end
@@ -109,9 +115,9 @@ function check.integer(range)
     local n = math_type(value) and math.tointeger(value)
     if not n then
       expect_number(value, who, key)
-      fail("%s: %s must be a whole number; got %s", who, key, tostring(value))
+      fail("%s: %s must be a whole number; got %s", who, key, words.number(value))
     elseif outside(n, range) then
-      fail("%s: %s must be a whole number %s; got %s", who, key, range_words(range), tostring(value))
+      fail("%s: %s must be a whole number %s; got %s", who, key, range_words(range), words.number(value))
     end
     return n
   end
@@ -153,7 +159,7 @@ function check.color(high)
     local copy = copy3(value) or vec3_fault(value, who, key, "{red, green, blue}")
     for i = 1, 3 do
       if copy[i] < 0 or high and copy[i] > high then
-        fail("%s: %s[%d] must be %s; got %s", who, key, i, high and ("from 0 to %g"):format(high) or "at least 0", tostring(copy[i]))
+        fail("%s: %s[%d] must be %s; got %s", who, key, i, high and "from 0 to " .. number(high) or "at least 0", words.number(copy[i]))
       end
     end
     return copy

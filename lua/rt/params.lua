@@ -16,9 +16,9 @@ local TYPES = { "number", "integer", "boolean", "choice", "color", "vector", "st
 
 local function in_range(value, p, who)
   if p.min and value < p.min or p.max and value > p.max then
-    local words_of = p.min and p.max and ("from %s to %s"):format(p.min, p.max) or p.min and ("at least %s"):format(p.min)
-      or ("at most %s"):format(p.max)
-    fail("%s: %s must be %s; got %s", who, p.name, words_of, tostring(value))
+    local low, high = p.min and words.number(p.min), p.max and words.number(p.max)
+    local words_of = low and high and "from " .. low .. " to " .. high or low and "at least " .. low or "at most " .. high
+    fail("%s: %s must be %s; got %s", who, p.name, words_of, words.number(value))
   end
   return value
 end
@@ -150,7 +150,7 @@ local function declare(name, entry)
   elseif p.type == "choice" and not p.choices then
     fail("%s: choices are missing, as in choices = { 'red', 'green' }", who)
   elseif p.min and p.max and p.min > p.max then
-    fail("%s: min %s is above max %s", who, tostring(p.min), tostring(p.max))
+    fail("%s: min %s is above max %s", who, words.number(p.min), words.number(p.max))
   end
   p.default = types[p.type].check(default, p, WHO)
   return p

@@ -23,15 +23,19 @@ function hints.list(texts)
   return words.quote(table.concat(texts, ","))
 end
 
+local function number(x)
+  return words.number(x, "%g")
+end
+
 function hints.range(rule)
   if rule.low and rule.high then
-    return ("from %g to %g"):format(rule.low, rule.high)
+    return "from " .. number(rule.low) .. " to " .. number(rule.high)
   elseif rule.above and rule.below then
-    return ("more than %g and less than %g"):format(rule.above, rule.below)
+    return "more than " .. number(rule.above) .. " and less than " .. number(rule.below)
   elseif rule.above then
-    return ("more than %g"):format(rule.above)
+    return "more than " .. number(rule.above)
   end
-  return ("%g or more"):format(rule.low)
+  return number(rule.low) .. " or more"
 end
 
 function hints.fits(rule, v)

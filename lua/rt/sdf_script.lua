@@ -1,11 +1,11 @@
 -- Writes an old scene definition as a Lua script that renders the same bits.
 
 local scene = require "rt.sdf_scene"
+local words = require "rt.words"
 
 local script = {}
 
 local FORMATS = { [15] = "%.15g", [16] = "%.16g", [17] = "%.17g" }
-local POINT = ("%.1f"):format(0.5):match "0(.-)5" -- of the locale
 
 -- Shortest text that reads back as the same number, whatever the locale.
 local function number(x)
@@ -13,10 +13,7 @@ local function number(x)
     return x == 0 and 1 / x < 0 and "-0.0" or ("%d"):format(x)
   end
   for digits = 15, 17 do
-    local text = FORMATS[digits]:format(x)
-    if POINT ~= "." then
-      text = text:gsub("[^%d%-+eE]+", ".")
-    end
+    local text = words.number(x, FORMATS[digits])
     if tonumber(text) == x then
       return text
     end

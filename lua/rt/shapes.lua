@@ -4,6 +4,7 @@ local check = require "rt.check"
 local class = require "rt.class"
 local material = require "rt.material"
 local arrays = require "rt.arrays"
+local words = require "rt.words"
 
 local shapes = {}
 
@@ -51,7 +52,7 @@ shapes.box = new("box", "rt.box { low = {-1, 0, -1}, high = {1, 2, 1} }", { "low
   function(o, _, who)
     for i, axis in ipairs { "x", "y", "z" } do
       if o.low[i] >= o.high[i] then
-        check.fail("%s: low must be below high on each axis; %s goes from %s to %s", who, axis, tostring(o.low[i]), tostring(o.high[i]))
+        check.fail("%s: low must be below high on each axis; %s goes from %s to %s", who, axis, words.number(o.low[i]), words.number(o.high[i]))
       end
     end
   end)
@@ -76,7 +77,7 @@ shapes.torus = new("torus", "rt.torus { center = {0, 1, 0}, axis = {0, 1, 0}, ma
     center = check.vec3, axis = check.direction, major_radius = positive, minor_radius = positive,
   }, function(o, _, who)
     if o.minor_radius >= o.major_radius then
-      check.fail("%s: minor_radius must be less than major_radius; got %s and %s", who, tostring(o.minor_radius), tostring(o.major_radius))
+      check.fail("%s: minor_radius must be less than major_radius; got %s and %s", who, words.number(o.minor_radius), words.number(o.major_radius))
     end
   end)
 

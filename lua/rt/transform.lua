@@ -3,6 +3,7 @@
 local core = require "rt.core"
 local check = require "rt.check"
 local vec = require "rt.vec"
+local words = require "rt.words"
 
 local transform = {}
 local methods = {}
@@ -93,7 +94,7 @@ end
 function meta.__tostring(m)
   local rows = {}
   for i = 1, 12 do
-    rows[i] = ("%.9g"):format(m[i])
+    rows[i] = words.number(m[i], "%.9g")
   end
   return "rt.transform {" .. table.concat(rows, ", ") .. "}"
 end

@@ -2,6 +2,7 @@
 
 local core = require "rt.core"
 local check = require "rt.check"
+local words = require "rt.words"
 
 local vec = {}
 local methods = {}
@@ -55,7 +56,7 @@ function meta.__eq(a, b)
 end
 
 function meta.__tostring(a)
-  return ("{%.9g, %.9g, %.9g}"):format(a[1], a[2], a[3])
+  return ("{%s, %s, %s}"):format(words.number(a[1], "%.9g"), words.number(a[2], "%.9g"), words.number(a[3], "%.9g"))
 end
 
 function methods.dot(a, b)
@@ -75,7 +76,7 @@ end
 function methods.normalize(a)
   local length = methods.length(a)
   if not (length > 0 and length < math.huge) then
-    check.fail("a vec of length %s has no direction", tostring(length))
+    check.fail("a vec of length %s has no direction", words.number(length))
   end
   return new(a[1] / length, a[2] / length, a[3] / length)
 end

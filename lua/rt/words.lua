@@ -1,6 +1,12 @@
--- Foreign words in messages: quoting them, and guessing what was meant.
+-- Words and numbers in messages: quoting foreign ones, and guessing what was meant.
 
 local words = {}
+
+-- A number as text with a point, whatever locale the host has set; as tostring writes it, or by a format.
+function words.number(x, form)
+  local text = form and form:format(x) or tostring(x)
+  return text:find "^[%d%-+e.infa]+$" and text or (text:gsub("[^%d%-+einfa]+", "."))
+end
 
 -- Foreign text for a message: control bytes and broken UTF-8 are shown as \xNN, text longer than `most` bytes (60) is cut.
 function words.quote(text, most)
