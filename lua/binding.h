@@ -113,6 +113,7 @@ void rtl_open_geometry(lua_State *L);
 void rtl_open_world(lua_State *L);
 void rtl_open_query(lua_State *L);
 void rtl_open_image(lua_State *L);
+void rtl_open_draw(lua_State *L);
 void rtl_open_job(lua_State *L);
 void rtl_open_render_file(lua_State *L);
 void rtl_open_maths(lua_State *L);

@@ -90,6 +90,7 @@ static void open_core(lua_State *L)
     rtl_open_world(L);
     rtl_open_query(L);
     rtl_open_image(L);
+    rtl_open_draw(L);
     rtl_open_job(L);
     rtl_open_render_file(L);
     rtl_open_maths(L);

@@ -653,6 +653,39 @@ function Image:text(key) end
 ---@param value string without NUL bytes
 function Image:set_text(key, value) end
 
+---Another image of another size, resampled in linear light. With one of width and height the shape is kept.
+---@param width? integer
+---@param height? integer
+---@param options? { filter: "auto"|"box"|"mitchell"|"lanczos" }
+---@return rt.image
+function Image:resize(width, height, options) end
+
+---Sets a rectangle (all of the image unless sides are given) to a colour.
+---@param options { x: integer?, y: integer?, width: integer?, height: integer?, color: rt.vec3, coverage: number? }
+---@return rt.image
+function Image:fill(options) end
+
+---Copies an image into this one, its top left corner at (x, y); what lies outside is left out.
+---@param other rt.image
+---@param x? integer
+---@param y? integer
+---@return rt.image
+function Image:place(other, x, y) end
+
+---@class rt.label_options
+---@field x? number the top left corner, in pixels
+---@field y? number
+---@field size? number height of a line in pixels, 4 ... 1000
+---@field weight? number thickness of the strokes, 1 is regular
+---@field color? rt.vec3 white unless given
+---@field opacity? number 0 ... 1
+
+---Writes text into the image in the built-in font (ASCII, Latin-1 and a few signs; anything else is an empty box).
+---@param text string
+---@param options? rt.label_options
+---@return rt.image
+function Image:label(text, options) end
+
 ---Frees the image now. Twice is fine.
 function Image:release() end
 
@@ -672,6 +705,31 @@ function rt.image_text(path) end
 ---@param options? { map: boolean }
 ---@return { differing: integer, first: integer[]?, max: number, mse: number, psnr: number, map: rt.image? }
 function rt.compare(a, b, options) end
+
+---The width and height in pixels that a label takes.
+---@param text string
+---@param options? rt.label_options
+---@return number width
+---@return number height
+function rt.label_size(text, options) end
+
+---@class rt.contact_sheet_desc
+---@field images (rt.image|string|false)[] images, names of files (read one at a time), or false where there is none
+---@field labels? (string|string[])[] text under each image, a string a line; what is too long is cut
+---@field columns? integer chosen for a sheet wider than high
+---@field width? integer of a cell: 240
+---@field height? integer of a cell: by the first image's shape
+---@field gap? integer between cells: 16
+---@field text_size? number height of a line: 15
+---@field title? string above all
+---@field background? rt.vec3 white
+---@field color? rt.vec3 of the text: nearly black
+---@field filter? "auto"|"box"|"mitchell"|"lanczos"
+
+---Many images small on one, each in its own shape with its label.
+---@param desc rt.contact_sheet_desc
+---@return rt.image
+function rt.contact_sheet(desc) end
 
 ---A number in [0, 1) that depends on the keys alone: the recommended randomness of scenes.
 ---@param key number|string

@@ -9,6 +9,7 @@ local light = require "rt.light"
 local shapes = require "rt.shapes"
 local mesh = require "rt.mesh"
 local image = require "rt.image"
+local draw = require "rt.draw"
 local scene = require "rt.scene"
 local params = require "rt.params"
 local load = require "rt.load"
@@ -33,6 +34,7 @@ local rt = {
   -- values
   vec = vec.make, srgb = vec.srgb, transform = transform.make, translate = transform.translate, scale = transform.scale, rotate = transform.rotate,
   buffer = core.buffer, image = image.new, image_text = image.text, compare = image.compare, random = core.random,
+  contact_sheet = require "rt.contact_sheet", label_size = draw.label_size,
   -- animation
   animation = animation.new, keys = keys.make, ease = ease.make, quat = quat.make, path = path.make, orbit = path.orbit, look_at = path.look_at,
   -- scripts

@@ -3,6 +3,7 @@
 #define LIBRT_RT_H
 
 #include "librt/base.h"
+#include "librt/draw.h"
 #include "librt/image.h"
 #include "librt/import.h"
 #include "librt/render.h"
