@@ -47,7 +47,7 @@ function rt.render(scene, options) end
 ---@field height? integer 1 ... 1048576
 ---@field size? integer[] {width, height}
 ---@field samples? integer a pixel
----@field integrator? string "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost"
+---@field integrator? string "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost", "steps"
 ---@field max_depth? integer bounces at most, 0 ... 64
 ---@field seed? integer seed of the samples
 ---@field shadows? boolean false: lights are never shadowed

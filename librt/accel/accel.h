@@ -55,4 +55,25 @@ rtk_tree rti_tree_view(const void *chunk);
 /* SAH cost of a tree with its own constants, from its nodes (the number in the header is this). */
 float rti_tree_sah(const rtk_tree_header *tree);
 
+/* ---- any kind of tree, seen from outside ---- */
+
+#define RTI_TREE_CHILDREN 8u /* a node has at most so many */
+/* What waits while a tree is walked depth first: seven a level, kd one. */
+#define RTI_TREE_WALK (RTI_TREE_CHILDREN * 96u)
+
+typedef struct rti_tree_spot {
+    float lo[3], hi[3]; /* its cell */
+    uint32_t node, depth;
+} rti_tree_spot;
+
+/* A kind of tree is one row of the table in tree.c: what RT_API calls its trees, and how a node opens. open writes the children
+ * of the spot in the tree's order and returns how many; a leaf has none, and its references are counted in *refs. */
+typedef struct rti_tree_kind {
+    const char *name;
+    uint32_t kind; /* RTK_TREE_* */
+    uint32_t (*open)(const rtk_tree *tree, const rti_tree_spot *spot, rti_tree_spot *children, uint32_t *refs);
+} rti_tree_kind;
+const rti_tree_kind *rti_tree_kind_of(uint32_t kind);
+rti_tree_spot rti_tree_root(const rtk_tree *tree);
+
 #endif

@@ -3,14 +3,6 @@
 
 #include "build.h"
 
-/* What waits while a tree is walked: kd one a level, octree seven a level. */
-#define WALK_MAX (8u * RTK_KD_DEPTH)
-
-typedef struct visit {
-    rti_cell cell;
-    uint32_t node, depth;
-} visit;
-
 rtk_tree rti_tree_view(const void *chunk)
 {
     const rtk_tree_header *h = chunk;
@@ -26,7 +18,7 @@ rtk_tree rti_tree_view(const void *chunk)
 }
 
 /* Half the surface, relative to the longest side of the root. */
-static double cell_area(const rti_cell *c, double unit)
+static double cell_area(const rti_tree_spot *c, double unit)
 {
     double d[3];
     for (int a = 0; a < 3; a++)
@@ -48,66 +40,84 @@ static void measure_leaf(measured *m, uint32_t count, uint32_t depth, double int
     m->cost += intersect * count;
 }
 
-/* Pushes the children of an inner node; 0 for a leaf. */
-static uint32_t push_kd(const rtk_kdnode *n, const visit *v, visit *out)
+/* ---- how nodes of each kind open ---- */
+
+static uint32_t open_kd(const rtk_tree *tree, const rti_tree_spot *spot, rti_tree_spot *children, uint32_t *refs)
 {
-    uint32_t axis = n->b & 3u;
-    if (axis == RTK_KD_LEAF)
+    rtk_kdnode n = tree->kd[spot->node];
+    uint32_t axis = n.b & 3u;
+    if (axis == RTK_KD_LEAF) {
+        *refs = n.b >> 2;
         return 0;
+    }
     for (uint32_t i = 0; i < 2; i++) {
-        out[i].cell = v->cell;
-        (i == 0 ? out[i].cell.hi : out[i].cell.lo)[axis] = rtk_float(n->a);
-        out[i].node = (n->b >> 2) + i;
-        out[i].depth = v->depth + 1;
+        children[i] = *spot;
+        (i == 0 ? children[i].hi : children[i].lo)[axis] = rtk_float(n.a);
+        children[i].node = (n.b >> 2) + i;
+        children[i].depth = spot->depth + 1;
     }
     return 2;
 }
 
-static uint32_t push_oct(const rtk_octnode *n, const visit *v, visit *out)
+static uint32_t open_octree(const rtk_tree *tree, const rti_tree_spot *spot, rti_tree_spot *children, uint32_t *refs)
 {
-    if (n->child == 0)
+    rtk_octnode n = tree->oct[spot->node];
+    if (n.child == 0) {
+        *refs = n.count;
         return 0;
+    }
     for (uint32_t i = 0; i < 8; i++) {
-        out[i].cell = v->cell;
+        children[i] = *spot;
         for (uint32_t a = 0; a < 3; a++)
-            ((i >> a) & 1u ? out[i].cell.lo : out[i].cell.hi)[a] = 0.5f * (v->cell.lo[a] + v->cell.hi[a]);
-        out[i].node = n->child + i;
-        out[i].depth = v->depth + 1;
+            ((i >> a) & 1u ? children[i].lo : children[i].hi)[a] = 0.5f * (spot->lo[a] + spot->hi[a]);
+        children[i].node = n.child + i;
+        children[i].depth = spot->depth + 1;
     }
     return 8;
+}
+
+static const rti_tree_kind kinds[] = {
+    {"kdtree", RTK_TREE_KD, open_kd},
+    {"octree", RTK_TREE_OCTREE, open_octree},
+};
+
+const rti_tree_kind *rti_tree_kind_of(uint32_t kind)
+{
+    for (size_t i = 0; i < RTI_COUNT(kinds); i++) {
+        if (kinds[i].kind == kind)
+            return &kinds[i];
+    }
+    return NULL;
+}
+
+rti_tree_spot rti_tree_root(const rtk_tree *tree)
+{
+    return (rti_tree_spot){{tree->lo.x, tree->lo.y, tree->lo.z}, {tree->hi.x, tree->hi.y, tree->hi.z}, 0, 0};
 }
 
 static measured measure_tree(const rtk_tree_header *h)
 {
     rtk_tree t = rti_tree_view(h);
+    const rti_tree_kind *kind = rti_tree_kind_of(h->kind);
     measured m = {0};
-    visit stack[WALK_MAX];
+    rti_tree_spot stack[RTI_TREE_WALK];
     uint32_t count = 1;
     double unit = 0.0, root;
-    memcpy(stack[0].cell.lo, h->lo, sizeof h->lo);
-    memcpy(stack[0].cell.hi, h->hi, sizeof h->hi);
-    stack[0].node = stack[0].depth = 0;
+    stack[0] = rti_tree_root(&t);
     for (int a = 0; a < 3; a++)
         unit = h->hi[a] - h->lo[a] > unit ? h->hi[a] - h->lo[a] : unit;
     unit = unit > 0.0 ? unit : 1.0;
-    root = cell_area(&stack[0].cell, unit);
+    root = cell_area(&stack[0], unit);
     root = root > 0.0 ? root : 1.0;
     while (count > 0) {
-        visit v = stack[--count];
-        double p = cell_area(&v.cell, unit) / root;
-        uint32_t pushed, prims;
-        if (h->kind == RTK_TREE_KD) {
-            pushed = push_kd(&t.kd[v.node], &v, stack + count);
-            prims = t.kd[v.node].b >> 2;
-        } else {
-            pushed = push_oct(&t.oct[v.node], &v, stack + count);
-            prims = t.oct[v.node].count;
-        }
-        count += pushed;
-        if (pushed)
+        rti_tree_spot spot = stack[--count];
+        double p = cell_area(&spot, unit) / root;
+        uint32_t prims = 0, opened = kind->open(&t, &spot, stack + count, &prims);
+        count += opened;
+        if (opened)
             m.cost += p * h->cost_traverse;
         else
-            measure_leaf(&m, prims, v.depth, p * h->cost_intersect);
+            measure_leaf(&m, prims, spot.depth, p * h->cost_intersect);
     }
     return m;
 }
@@ -140,7 +150,7 @@ static bool inside(uint64_t off, uint64_t count, uint64_t item, size_t size)
 static bool walk_valid(const rtk_tree_header *h)
 {
     rtk_tree t = rti_tree_view(h);
-    uint32_t stack[WALK_MAX], depths[WALK_MAX], count = 1;
+    uint32_t stack[RTI_TREE_WALK], depths[RTI_TREE_WALK], count = 1;
     uint32_t step = h->kind == RTK_TREE_KD ? 2 : 8, limit = h->kind == RTK_TREE_KD ? RTK_KD_DEPTH : RTK_OCT_DEPTH;
     uint64_t met = 0;
     stack[0] = depths[0] = 0;

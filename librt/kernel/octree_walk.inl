@@ -14,9 +14,9 @@ RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_p
     c = rtk_oct_root(tree, r->t0, r->t1);
     for (;;) {
         rtk_u32 count = 0u;
-        if (RTK_MODE & RTK_MODE_STEPS)
-            q->nodes++;
         if (c.child != 0u) {
+            if (RTK_MODE & RTK_MODE_STEPS)
+                q->nodes++;
             count = rtk_oct_pieces(tree, &c, r, back, piece);
         } else {
             if (RTK_MODE & RTK_MODE_STEPS)

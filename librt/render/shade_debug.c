@@ -83,6 +83,16 @@ void rti_shade_cost(struct rti_worker *worker, uint32_t first, uint32_t count)
     for (uint32_t i = first; i < first + count; i++) {
         uint32_t home = worker->batch.home[i / RTK_BLOCK].home[i % RTK_BLOCK];
         rti_cover(worker, home);
-        rti_set_raw(worker, home, heat(worker->steps[i]));
+        rti_set_raw(worker, home, heat(worker->steps[i].nodes + worker->steps[i].tests));
+    }
+}
+
+void rti_shade_steps(struct rti_worker *worker, uint32_t first, uint32_t count)
+{
+    for (uint32_t i = first; i < first + count; i++) {
+        const rti_steps *s = &worker->steps[i];
+        uint32_t home = worker->batch.home[i / RTK_BLOCK].home[i % RTK_BLOCK];
+        rti_cover(worker, home);
+        rti_set_raw(worker, home, rtk_v3((float)s->nodes, (float)s->leaves, (float)s->tests));
     }
 }

@@ -75,7 +75,7 @@ typedef struct rti_worker {
     const rti_frame *frame;
     rti_rays stack, batch;
     rtk_hit_block *hits;
-    uint32_t *steps;
+    rti_steps *steps;
     rti_shadows shadows;
     rti_lit_block *lit;
     uint32_t lit_count;

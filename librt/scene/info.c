@@ -91,7 +91,7 @@ static rt_tree_info describe(const rti_chunk *chunk)
     const rtk_tree_header *head = chunk->data;
     rt_tree_info info;
     memset(&info, 0, sizeof info);
-    info.name = head->kind == RTK_TREE_OCTREE ? "octree" : "kdtree";
+    info.name = rti_tree_kind_of(head->kind)->name;
     info.primitives = head->prim_count;
     info.references = head->ref_count;
     info.nodes = head->node_count;

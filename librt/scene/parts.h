@@ -2,6 +2,7 @@
 #ifndef RTI_PARTS_H
 #define RTI_PARTS_H
 
+#include "../kernel/blocks.h"
 #include "scene.h"
 
 #define RTI_TREE_KINDS 3u /* RTK_TREE_NONE (unused place), KD, OCTREE */
@@ -41,6 +42,9 @@ uint32_t rti_snapshot_tree(const rti_snapshot *snapshot);                /* RTK_
 typedef void (*rti_chunk_visit)(void *data, const rti_chunk *chunk, uint32_t group);
 void rti_snapshot_each(const rti_snapshot *snapshot, rti_chunk_visit visit, void *data);
 rti_hash rti_snapshot_hash(const rti_snapshot *snapshot);
+
+/* Rays of a plain array into blocks. */
+void rti_rays_gather(const rt_ray *rays, uint32_t count, rtk_trace_block *out);
 
 /* ---- making chunks from a description (commit_*.c). Each returns a reference through its last argument and counts reuse. ----
  */

@@ -19,7 +19,7 @@ uint32_t rti_snapshot_tree(const rti_snapshot *snapshot)
     return snapshot->tracer->tree;
 }
 
-static void gather(const rt_ray *rays, uint32_t count, rtk_trace_block *out)
+void rti_rays_gather(const rt_ray *rays, uint32_t count, rtk_trace_block *out)
 {
     for (uint32_t i = 0; i < count; i++) {
         rtk_trace_block *b = &out[i / RTK_BLOCK];
@@ -59,7 +59,7 @@ void rt_scene_intersect(const rt_scene *scene, const rt_ray *rays, rt_hit *hits,
     blocks b;
     for (size_t at = 0; s && at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
-        gather(rays + at, n, b.rays);
+        rti_rays_gather(rays + at, n, b.rays);
         s->tracer->intersect(&s->view, b.rays, b.hits, n, 0, &scratch);
         for (uint32_t i = 0; i < n; i++)
             hits[at + i] = hit_at(&b.hits[i / RTK_BLOCK], i % RTK_BLOCK);
@@ -80,7 +80,7 @@ void rt_scene_occluded(const rt_scene *scene, const rt_ray *rays, uint8_t *occlu
     for (size_t at = 0; at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
         if (s) {
-            gather(rays + at, n, b.rays);
+            rti_rays_gather(rays + at, n, b.rays);
             s->tracer->occluded(&s->view, b.rays, bits, n, 0, &scratch);
         }
         for (uint32_t i = 0; i < n; i++)
@@ -98,7 +98,7 @@ size_t rt_scene_intersect_all(const rt_scene *scene, const rt_ray *ray, rt_hit *
     rt_hit last = {ray->tmin, 0.0f, 0.0f, RT_INVALID_ID, RT_INVALID_ID, RT_INVALID_ID};
     size_t n = 0;
     blocks b;
-    gather(ray, 1, b.rays);
+    rti_rays_gather(ray, 1, b.rays);
     while (s && n < capacity) {
         put_hit(&b.hits[0], 0, &last);
         s->tracer->intersect(&s->view, b.rays, b.hits, 1, RTI_TRACE_AFTER, &scratch);
@@ -151,11 +151,16 @@ static rt_vec3 surface_color(const rtk_scene *v, const rtk_surface *at)
     return (rt_vec3){m->color[0] * rgba[0] * at->tint.x, m->color[1] * rgba[1] * at->tint.y, m->color[2] * rgba[2] * at->tint.z};
 }
 
-static void fill_surface(const rti_snapshot *s, const rt_ray *ray, const rt_hit *hit, rt_surface *out)
+void rti_snapshot_surface(const rti_snapshot *s, const rt_ray *ray, const rt_hit *hit, rt_surface *out)
 {
     rtk_ray r = {rti_vec(ray->org), rti_vec(ray->dir), ray->tmin, ray->tmax, ray->mask};
     rtk_hit h = {hit->t, hit->u, hit->v, hit->prim_id, hit->geom_id, hit->inst_id};
-    rtk_surface at = rtk_surface_at(&s->view, r, h);
+    rtk_surface at;
+    memset(out, 0, sizeof *out);
+    out->material.id = RT_INVALID_ID;
+    if (!hit_exists(&s->view, hit))
+        return;
+    at = rtk_surface_at(&s->view, r, h);
     out->position = public_vec(at.p);
     out->ng = public_vec(at.ng);
     out->ns = public_vec(at.ns);
@@ -176,8 +181,8 @@ void rt_scene_surface(const rt_scene *scene, const rt_ray *ray, const rt_hit *hi
     rti_fpenv env = rti_fp_enter();
     memset(surface, 0, sizeof *surface);
     surface->material.id = RT_INVALID_ID;
-    if (s && hit_exists(&s->view, hit))
-        fill_surface(s, ray, hit, surface);
+    if (s)
+        rti_snapshot_surface(s, ray, hit, surface);
     rti_fp_leave(env);
     rti_snapshot_release(s);
 }

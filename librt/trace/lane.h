@@ -56,7 +56,7 @@ static inline void rti_lane_count(const rtk_query *q, uint32_t i, rti_scratch *s
     scratch->stats.leaves += q->leaves;
     scratch->stats.tests += q->tests;
     if (scratch->steps)
-        scratch->steps[i] = q->nodes + q->tests;
+        scratch->steps[i] = (rti_steps){q->nodes, q->leaves, q->tests};
 }
 
 #endif

@@ -12,16 +12,19 @@
  * hits (t, instance, geometry, primitive), equal t included. This is how multi-hit and tinted shadows step. A closed shape gives
  * all its roots. */
 #define RTI_TRACE_AFTER 4u
-#define RTI_TRACE_STEPS 8u /* scratch->steps: per ray, nodes visited + primitives tested (the tree-cost layer) */
+#define RTI_TRACE_STEPS 8u /* scratch->steps: what each ray cost */
 
 /* What a worker lends a tracer. stats are added to: rays always, the others with RTI_TRACE_STEPS (no loop counts unasked). steps
- * (may be NULL) is u32[count] then. */
+ * (may be NULL) has count entries then. nodes: inner nodes. */
 typedef struct rti_trace_stats {
     uint64_t rays, nodes, leaves, tests;
 } rti_trace_stats;
+typedef struct rti_steps {
+    uint32_t nodes, leaves, tests;
+} rti_steps;
 typedef struct rti_scratch {
     rti_trace_stats stats;
-    uint32_t *steps;
+    rti_steps *steps;
 } rti_scratch;
 
 typedef struct rti_tracer {

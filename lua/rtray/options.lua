@@ -25,7 +25,7 @@ row("schedule", { "--schedule" }, "choice", "NAME", "how tiles are given out: dy
   choices = { "dynamic", "static" }, setting = "schedule",
 })
 row("integrator", { "--integrator" }, "choice", "NAME", "what a pixel shows: whitted, path, ao or a debug view", {
-  choices = { "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost" }, setting = "integrator",
+  choices = { "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost", "steps" }, setting = "integrator",
 })
 row("tracer", { "--tracer" }, "choice", "NAME", "structure that answers rays; no effect on the picture", {
   choices = { "auto", "kdtree", "octree", "brute" }, setting = "tracer",

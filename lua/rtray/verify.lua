@@ -12,6 +12,8 @@ local verify = {}
 local BRUTE_LIMIT = 10000 -- primitives
 local CHEAP = 100000      -- samples of an image, when the command line does not say its size
 
+local OWN = { cost = true, steps = true } -- views of the structure itself
+
 local CAUSES = [[
 The script describes another scene each time it runs. Usual causes: building in the order of `pairs` (walk sorted keys or a list), the time
 (os.time, os.clock), random numbers from outside (math.randomseed without a fixed seed, files), addresses (tostring of a table).]]
@@ -44,11 +46,11 @@ local function difference(first, image)
     or "only coverage differs"
 end
 
--- Renders every arrangement. Returns rows of { tracer, workers, hashes by tile, the hash expected } and the faults found. The cost view shows the
--- structure itself: each has an image of its own.
+-- Renders every arrangement. Returns rows of { tracer, workers, hashes by tile, the hash expected } and the faults found. A view of the
+-- structure itself is an image of its own for each.
 local function render_all(scene, tracers, workers, tiles, size)
   local rows, faults, first, expected = {}, {}, nil, nil
-  local own = scene:effective().integrator == "cost"
+  local own = OWN[scene:effective().integrator]
   for _, tracer in ipairs(tracers) do
     first = not own and first or nil
     for _, count in ipairs(workers) do
@@ -140,7 +142,7 @@ function verify.run(command, values, arguments)
     output.print("the script gave the description %s here and %s in a second process.\n%s", described, again, CAUSES)
   end
   if equal and not values.quiet then
-    local what = scene:effective().integrator == "cost" and "one image of each structure, the first " .. expected or "one image, " .. expected
+    local what = OWN[scene:effective().integrator] and "one image of each structure, the first " .. expected or "one image, " .. expected
     output.print("%s, in %d arrangements%s (%s)", what, #rows * #tiles,
       again and "; one description in two processes" or "", output.seconds(sys.now() - begun))
   end

@@ -47,7 +47,7 @@ static void render_hash(rt_scene *scene, const char *integrator, const arrangeme
     rt_image_destroy(image);
 }
 
-/* The integrator "cost" shows the tracer's own work: it may differ between tracers, never between workers or tiles. */
+/* The integrators "cost" and "steps" show the tracer's own work: it may differ between tracers, never between workers or tiles. */
 static int one_integrator(rt_scene *scene, const char *name, const char *integrator, FILE *out)
 {
     int differing = 0;
@@ -55,7 +55,7 @@ static int one_integrator(rt_scene *scene, const char *name, const char *integra
     const char *tracer = "";
     for (size_t i = 0; i < sizeof arrangements / sizeof arrangements[0]; ++i) {
         const arrangement *a = &arrangements[i];
-        int own = strcmp(integrator, "cost") == 0 && strcmp(tracer, a->tracer) != 0;
+        int own = (strcmp(integrator, "cost") == 0 || strcmp(integrator, "steps") == 0) && strcmp(tracer, a->tracer) != 0;
         render_hash(scene, integrator, a, hash);
         if (first[0] == '\0' || own) {
             strcpy(first, hash);

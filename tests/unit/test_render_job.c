@@ -701,17 +701,17 @@ static void test_bands_beyond_the_memory(void **state)
 
 static void test_tables(void **state)
 {
-    static const char *const integrators[] = {"whitted", "path", "ao", "normal", "uv", "id", "depth", "cost"};
+    static const char *const integrators[] = {"whitted", "path", "ao", "normal", "uv", "id", "depth", "cost", "steps"};
     rt_render_desc d = settings(8, 8, 1, "whitted");
     const char *help = NULL;
     (void)state;
-    for (uint32_t i = 0; i < 8; i++) {
+    for (uint32_t i = 0; i < 9; i++) {
         assert_string_equal(rt_integrator_at(i, &help), integrators[i]);
         assert_true(strlen(help) > 10);
         d.integrator = integrators[i];
         rt_image_destroy(render(scene, &d));
     }
-    assert_null(rt_integrator_at(8, NULL));
+    assert_null(rt_integrator_at(9, NULL));
     assert_string_equal(rt_tracer_at(0, &help), "auto");
     for (uint32_t i = 0; rt_tracer_at(i, &help); i++) {
         d.tracer = rt_tracer_at(i, NULL);

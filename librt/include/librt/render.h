@@ -26,7 +26,7 @@ typedef struct rt_render_desc {
     uint32_t workers;       /**< 0: the context's */
     uint32_t tile;          /**< edge in pixels, 1 ... 4096 */
     rt_schedule schedule;
-    const char *integrator; /**< "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost"; rt_integrator_at lists them */
+    const char *integrator; /**< "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost", "steps"; rt_integrator_at lists them */
     const char *tracer;     /**< "auto", "kdtree", "octree", "brute"; rt_tracer_at lists them. A missing tree is built first */
     uint64_t seed;
     uint32_t max_depth; /**< bounces, 0 ... 64 */
@@ -91,7 +91,7 @@ RT_API void rt_job_destroy(rt_job *job);
 typedef struct rt_render_stats {
     double seconds, build_seconds;
     uint64_t rays_camera, rays_shadow, rays_reflect, rays_refract, rays_diffuse, rays_ao;
-    uint64_t nodes, tests;                  /**< visited nodes, tested primitives; counted by the integrator "cost" alone */
+    uint64_t nodes, tests;                  /**< visited nodes, tested primitives; counted by the integrators "cost" and "steps" alone */
     uint64_t clamped, dropped;              /**< film contributions limited, and NaN or infinite ones left out */
     uint64_t memory;                        /**< bytes the render took */
     uint32_t workers, tiles, tiles_done;

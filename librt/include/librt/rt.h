@@ -8,5 +8,6 @@
 #include "librt/import.h"
 #include "librt/render.h"
 #include "librt/scene.h"
+#include "librt/tree.h"
 
 #endif
