@@ -22,6 +22,9 @@ uint64_t rti_snapshot_bytes(const rti_snapshot *snapshot);
 /* Box of everything finite, world space; lo > hi when there is nothing. */
 void rti_snapshot_bounds(const rti_snapshot *snapshot, rtk_vec3 *lo, rtk_vec3 *hi);
 
+/* rt_scene_surface, of this snapshot. */
+void rti_snapshot_surface(const rti_snapshot *snapshot, const rt_ray *ray, const rt_hit *hit, rt_surface *out);
+
 /* A snapshot of the same content that has trees of this kind (RTK_TREE_*) for every group and the top level: this one again
  * (retained) when it has them, else one that shares all chunks and builds what is missing (kept by the scene's chunk cache). */
 rt_status rti_snapshot_with_tree(rti_snapshot *snapshot, uint32_t tree_kind, rti_cancel *cancel, rti_snapshot **out);

@@ -2,6 +2,7 @@
 librt_unit_test(acne)
 librt_unit_test(base THREADS)
 librt_unit_test(draw)
+librt_unit_test(explain)
 librt_unit_test(film)
 librt_unit_test(image)
 librt_unit_test(image_read support/fixture.c)

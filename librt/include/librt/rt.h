@@ -4,6 +4,7 @@
 
 #include "librt/base.h"
 #include "librt/draw.h"
+#include "librt/explain.h"
 #include "librt/image.h"
 #include "librt/import.h"
 #include "librt/render.h"
