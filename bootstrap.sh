@@ -63,6 +63,8 @@ lua-cjson       has_lua_lib cjson
 lua-check       have luacheck
 libcmocka-dev   has_header cmocka.h
 locales         has_german
+ffmpeg          have ffmpeg
+gnuplot-nox     have gnuplot
 clang           have clang
 libclang-rt-dev has_clang_rt'
 
