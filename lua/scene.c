@@ -131,7 +131,7 @@ static void set_integer(lua_State *L, const char *key, uint64_t value)
 
 static void push_tree(lua_State *L, uint32_t group, const rt_tree_info *t)
 {
-    lua_createtable(L, 0, 12);
+    lua_createtable(L, 0, 13);
     lua_pushstring(L, t->name);
     lua_setfield(L, -2, "name");
     if (group == RT_INVALID_ID) {
@@ -147,6 +147,7 @@ static void push_tree(lua_State *L, uint32_t group, const rt_tree_info *t)
     set_integer(L, "empty_leaves", t->empty_leaves);
     set_integer(L, "bytes", t->bytes);
     set_integer(L, "depth", t->depth);
+    set_integer(L, "part", t->part);
     set_integer(L, "largest_leaf", t->largest_leaf);
     lua_pushnumber(L, t->build_seconds);
     lua_setfield(L, -2, "build_seconds");

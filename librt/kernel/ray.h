@@ -13,6 +13,10 @@
  *  4. A walk that splits [t0, t1] at t = (plane - org) * inv visits cells whose intervals tile the ray exactly; the leaf
  *     whose interval holds t lists the primitive. It may stop at a cell when best.t < t1, a cull is `enter <= best.t`.
  *  5. Equal t: (t, instance, geometry, primitive) in description order decides.
+ *  6. Point 3 makes boxes as coarse as the group is large. A group that also holds far smaller things is cut into parts of about one
+ *     scale each, with bounds, scale and trees of their own; above, "group" is then to be read as "part", and brute force too
+ *     prepares a ray for each part. Primitives that share a vertex are in one part: neighbours meet the same prepared ray, so no
+ *     ray passes between them.
  */
 #ifndef RTK_RAY_H
 #define RTK_RAY_H
@@ -37,7 +41,7 @@ typedef struct rtk_hit {
     rtk_u32 prim, geom, inst;
 } rtk_hit;
 
-/* A ray prepared for one group. t of the group's primitives = tshift + (t along org). kx, ky, kz and sx, sy: axes and shear of
+/* A ray prepared for one part of a group. t of the part's primitives = tshift + (t along org). kx, ky, kz and sx, sy: axes and shear of
  * Woop, Benthin, Wald 2013; korg: org in the order kx, ky, kz; kdz: dir along kz. t0, t1: the part inside the group's grown box
  * and [tmin, tmax], measured from org. */
 typedef struct rtk_pray {

@@ -4,7 +4,7 @@
  * Template. The including file defines
  *   RTK_MODE       constant of RTK_MODE_* bits
  *   RTK_NAME(x)    name of this instance's functions
- *   RTK_WALK_INL   file of the walk; RTK_TREE, RTK_TOP_TREE: members of group and scene that hold its trees
+ *   RTK_WALK_INL   file of the walk; RTK_TREE, RTK_TOP_TREE: members of part and scene that hold its trees
  * and gets RTK_NAME(trace)(query). Returns 1 when a walk ended early (any-hit: occluded); else query->best is the answer.
  */
 #define RTK_WALK RTK_NAME(group_walk)
@@ -17,10 +17,14 @@
 RTK_FN int RTK_NAME(group)(rtk_query *q, rtk_ray ray)
 {
     RT_GLOBAL const rtk_group *g = q->group;
+    rtk_u32 i, n = g->part_count;
     rtk_pray r;
-    if (g->tri_count + g->shape_count == 0u || !rtk_ray_prepare(ray, g->lo, g->hi, g->scale, &r))
-        return 0;
-    return RTK_NAME(group_walk)(q, g->RTK_TREE, g->tri_count + g->shape_count, &r, q->outer);
+    for (i = 0u; i < n; i++) {
+        RT_GLOBAL const rtk_part *p = &g->parts[i];
+        if (rtk_ray_prepare(ray, p->lo, p->hi, p->scale, &r) && RTK_NAME(group_walk)(q, p->RTK_TREE, p->count, &r, q->outer))
+            return 1;
+    }
+    return 0;
 }
 
 /* The origin is the given one, or where the top level moved it (then t begins at outer, and the range is checked behind the leaf

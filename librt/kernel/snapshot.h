@@ -47,13 +47,24 @@ typedef struct rtk_shape {
     float p[12];
 } rtk_shape;
 
+/* A group's triangles and shapes, or those of about one size among them (ray.h, theory point 6). */
+#define RTK_PARTS 4
+typedef struct rtk_part_header {
+    float lo[3], hi[3]; /* grown by RTK_GROW * scale */
+    float scale;        /* largest absolute coordinate of the bounds before growth, at least 1e-30 */
+    rtk_u32 count;      /* primitives */
+} rtk_part_header;
+
 /* Shapes too stand in (geometry, primitive) order; planes likewise, in an array of their own. */
 typedef struct rtk_group_header {
     float lo[3], hi[3]; /* of triangles and shapes, already grown by RTK_GROW * scale; lo > hi when there are none */
-    float scale;        /* largest absolute coordinate of the bounds before growth, at least 1e-30 */
+    float scale;        /* as a part's, of all */
     rtk_u32 tri_count, shape_count, plane_count;
-    rtk_u32 pad[2];
+    rtk_u32 part_count; /* 0: no triangle and no shape */
+    rtk_u32 pad;
     rtk_u64 off_tris, off_shapes, off_planes;
+    rtk_u64 off_list; /* several parts: u32 references, those of part 0 ascending, then those of part 1, ... */
+    rtk_part_header parts[RTK_PARTS];
 } rtk_group_header;
 
 enum { RTK_GEOM_MESH = 0, RTK_GEOM_SHAPES, RTK_GEOM_PLANE };
@@ -100,7 +111,7 @@ typedef struct rtk_tree_header {
     rtk_u32 kind; /* RTK_TREE_* */
     rtk_u32 node_count, ref_count;
     rtk_u32 depth;      /* levels below the root of the deepest leaf */
-    float lo[3], hi[3]; /* root box, the group's or the top's grown bounds */
+    float lo[3], hi[3]; /* root box, the part's or the top's grown bounds */
     rtk_u32 leaf_count, empty_leaf_count, largest_leaf;
     rtk_u32 prim_count; /* what the tree was built over */
     float sah_cost;
@@ -229,17 +240,24 @@ typedef struct rtk_texture {
     RT_GLOBAL const rtk_texture_header *head;
 } rtk_texture;
 
-typedef struct rtk_group {
+typedef struct rtk_part {
     rtk_vec3 lo, hi; /* grown */
     float scale;
-    rtk_u32 tri_count, shape_count, plane_count;
+    rtk_u32 count;
+    rtk_tree all;            /* no tree: refs is the list of the part's primitives, 0: it is the group */
+    rtk_tree kdtree, octree; /* kind NONE when not built */
+} rtk_part;
+
+typedef struct rtk_group {
+    rtk_vec3 lo, hi; /* grown */
+    rtk_u32 tri_count, shape_count, plane_count, part_count;
     RT_GLOBAL const rtk_tri *tris;
     RT_GLOBAL const rtk_shape *shapes;
     RT_GLOBAL const rtk_shape *planes;
     RT_GLOBAL const rtk_geom *geoms;
     RT_GLOBAL const rtk_u8 *attributes; /* start of the ATTRIBUTE chunk */
     rtk_u32 geom_count;
-    rtk_tree kdtree, octree; /* kind NONE when not built */
+    rtk_part parts[RTK_PARTS];
 } rtk_group;
 
 typedef struct rtk_scene {
@@ -250,7 +268,7 @@ typedef struct rtk_scene {
     RT_GLOBAL const rtk_u32 *unbounded;
     rtk_vec3 top_lo, top_hi;
     float top_scale;
-    rtk_tree top_kdtree, top_octree;
+    rtk_tree top_all, top_kdtree, top_octree; /* top_all: no tree, no list */
     RT_GLOBAL const rtk_material *materials;
     RT_GLOBAL const rtk_texture *textures;
     RT_GLOBAL const rtk_light *lights;

@@ -13,7 +13,7 @@
 #include "parts.h"
 
 #define RTI_BLOB_MAGIC   "librtsnp"
-#define RTI_BLOB_VERSION 1u
+#define RTI_BLOB_VERSION 2u
 #define RTI_BLOB_ORDER   0x01020304u /* reads otherwise on a machine of the other byte order */
 
 typedef struct rti_blob_header {
@@ -29,7 +29,7 @@ typedef struct rti_blob_header {
 typedef struct rti_blob_entry {
     uint32_t kind, group;   /* RTK_CHUNK_*; RTK_INVALID: of no group */
     uint32_t material_base; /* of GEOMETRY chunks: where the group's materials start */
-    uint32_t pad;
+    uint32_t part;          /* of TREE chunks of a group: which part of it they are over */
     uint64_t offset, size;
     rti_hash hash;
 } rti_blob_entry;

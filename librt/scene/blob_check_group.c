@@ -144,12 +144,37 @@ static const char *check_records(const group_view *g)
 
 static const char *check_trees(const group_view *g)
 {
-    for (uint32_t kind = 1; kind < RTI_TREE_KINDS; kind++) {
-        const rti_chunk *tree = g->part->tree[kind];
+    for (uint32_t n = 0; n < RTK_PARTS * RTI_TREE_KINDS; n++) {
+        uint32_t p = n % RTK_PARTS;
+        const rti_chunk *tree = g->part->tree[p][n / RTK_PARTS];
         if (tree &&
-            (!rti_tree_valid(tree->data, tree->size, g->head->tri_count + g->head->shape_count) ||
-             memcmp(((const rtk_tree_header *)tree->data)->lo, g->head->lo, sizeof g->head->lo + sizeof g->head->hi) != 0))
+            (p >= g->head->part_count || !rti_tree_valid(tree->data, tree->size, g->head->tri_count + g->head->shape_count) ||
+             memcmp(((const rtk_tree_header *)tree->data)->lo, g->head->parts[p].lo, 6 * sizeof(float)) != 0))
             return "a tree is not sound";
+    }
+    return NULL;
+}
+
+/* Ascending lists that hold each primitive once. */
+static const char *check_list(const group_view *g)
+{
+    const rtk_group_header *h = g->head;
+    uint32_t count = h->tri_count + h->shape_count, at[RTK_PARTS] = {0};
+    uint64_t sum = 0;
+    if (h->part_count <= 1)
+        return h->off_list == 0 && h->part_count == (count > 0) ? NULL : "a group's parts are not there";
+    for (uint32_t p = 0; p < h->part_count && p < RTK_PARTS; p++)
+        sum += h->parts[p].count;
+    if (h->part_count > RTK_PARTS || sum != count ||
+        !rti_blob_span(g->part->group, sizeof *h, h->off_list, count, sizeof(uint32_t)))
+        return "the list of a group's parts does not fit its chunk";
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t p = 0;
+        while (p < h->part_count && (at[p] == h->parts[p].count || rti_part_list(g->part->group, p)[at[p]] != i))
+            p++;
+        if (p == h->part_count)
+            return "a primitive is in no part, or a list of parts is not in order";
+        at[p]++;
     }
     return NULL;
 }
@@ -173,6 +198,8 @@ const char *rti_blob_check_group(const rti_snapshot *snapshot, uint32_t group)
     const rti_part_group *part = &snapshot->groups[group];
     group_view g = {.snapshot = snapshot, .part = part, .head = part->group->data, .records = part->geometry->data};
     const char *what = check_layout(&g);
+    if (!what)
+        what = check_list(&g);
     if (what)
         return what;
     g.geoms = rti_chunk_at(part->geometry, g.records->off_geoms);

@@ -164,8 +164,7 @@ rt_status rti_commit_geometry(rti_commit *c)
     for (uint32_t i = 0; status == RT_OK && i < c->child_count; i++) {
         c->next->groups[i + 1].group = rti_chunk_retain(c->children[i]->groups[0].group);
         c->next->groups[i + 1].attribute = rti_chunk_retain(c->children[i]->groups[0].attribute);
-        for (uint32_t k = 0; k < RTI_TREE_KINDS; k++)
-            c->next->groups[i + 1].tree[k] = rti_chunk_retain(c->children[i]->groups[0].tree[k]);
+        rti_trees_retain(&c->next->groups[i + 1], &c->children[i]->groups[0]);
         status = make_child(c, i);
     }
     return status;

@@ -119,6 +119,8 @@ rt_status rt_scene_get_tree_info(const rt_scene *scene, uint32_t index, uint32_t
     rti_snapshot_each(s, look, &f);
     if (f.chunk) {
         *info = describe(f.chunk);
+        if (f.group != RTK_INVALID)
+            info->part = rti_tree_part(&s->groups[f.group], f.chunk);
         if (group)
             *group = f.group;
     } else {

@@ -75,7 +75,9 @@ static rti_chunk **place_of(const read_state *r, const rti_blob_entry *e, uint32
     if (e->kind == RTK_CHUNK_TREE) {
         if (tree->kind == RTK_TREE_NONE || tree->kind >= RTI_TREE_KINDS)
             return NULL;
-        return g ? &g->tree[tree->kind] : (e->group == RTK_INVALID ? &s->top_tree[tree->kind] : NULL);
+        if (g)
+            return e->part < RTK_PARTS ? &g->tree[e->part][tree->kind] : NULL;
+        return e->group == RTK_INVALID ? &s->top_tree[tree->kind] : NULL;
     }
     if (g)
         return e->kind == RTK_CHUNK_GROUP

@@ -8,9 +8,9 @@
 #define RTI_TREE_KINDS 3u /* RTK_TREE_NONE (unused place), KD, OCTREE */
 
 typedef struct rti_part_group {
-    rti_chunk *group, *attribute, *geometry; /* attribute: NULL when no geometry has any */
-    rti_chunk *tree[RTI_TREE_KINDS];
-    uint32_t material_base; /* its materials start here in the snapshot's table */
+    rti_chunk *group, *attribute, *geometry;    /* attribute: NULL when no geometry has any */
+    rti_chunk *tree[RTK_PARTS][RTI_TREE_KINDS]; /* of each part of the group chunk */
+    uint32_t material_base;                     /* its materials start here in the snapshot's table */
 } rti_part_group;
 
 struct rti_snapshot {
@@ -34,6 +34,10 @@ struct rti_snapshot {
 /* Empty, one reference; NULL: no memory. Chunks are then put in (their references go to it) and finish makes the view. */
 rti_snapshot *rti_snapshot_new(rt_context *ctx, uint32_t group_count, uint32_t texture_count);
 void rti_snapshot_finish(rti_snapshot *snapshot);
+/* Which part of the group a tree of it is over. */
+uint32_t rti_tree_part(const rti_part_group *group, const rti_chunk *tree);
+/* The same trees for another record of the group. */
+void rti_trees_retain(rti_part_group *to, const rti_part_group *from);
 /* Gives every group and the top level trees of the kinds (bits 1 << RTK_TREE_*): found in the context or built. Before finish. */
 rt_status rti_snapshot_build(rti_snapshot *snapshot, const char *call, uint32_t kinds, rti_cancel *cancel);
 bool rti_snapshot_complete(const rti_snapshot *snapshot, uint32_t kind); /* has such a tree wherever there is something to find */
@@ -45,6 +49,18 @@ rti_hash rti_snapshot_hash(const rti_snapshot *snapshot);
 
 /* Rays of a plain array into blocks. */
 void rti_rays_gather(const rt_ray *rays, uint32_t count, rtk_trace_block *out);
+
+/* The primitives of a part, as references; NULL: all of the group. */
+static inline const uint32_t *rti_part_list(const rti_chunk *group, uint32_t part)
+{
+    const rtk_group_header *head = group->data;
+    const uint32_t *list = rti_chunk_at(group, head->off_list);
+    if (!head->off_list)
+        return NULL;
+    for (uint32_t i = 0; i < part; i++)
+        list += head->parts[i].count;
+    return list;
+}
 
 /* ---- making chunks from a description (commit_*.c). Each returns a reference through its last argument and counts reuse. ----
  */
@@ -63,8 +79,11 @@ rt_status rti_commit_chunk(rti_commit *c, uint32_t kind, void *data, size_t size
 /* Where a geometry's arrays stand in its group's ATTRIBUTE chunk: called for each geometry that has any, in order. */
 #define RTI_ATTRIBUTE_HEADER 64u /* the chunk's first bytes: no array stands at offset 0, which means absent */
 void rti_plan_attributes(rti_layout *layout, const rti_geometry *geometry, rtk_geom *out);
-/* Writes bounds (grown) and scale into head, from the arrays of the chunk that it describes. */
+/* Writes bounds (grown) and scale into head and its parts, from the arrays and the list of the chunk that it describes. */
 void rti_group_measure(rt_context *ctx, rtk_group_header *head, const void *chunk);
+/* Cuts a measured group into parts where that pays: the block (layout->size bytes) is then replaced by a longer one with the
+ * list. */
+rt_status rti_group_cut(rti_commit *c, rtk_group_header **head, rti_layout *layout);
 rt_status rti_commit_group(rti_commit *c);    /* GROUP, ATTRIBUTE of the scene itself */
 rt_status rti_commit_geometry(rti_commit *c); /* GEOMETRY of all groups, after materials */
 rt_status rti_commit_table(rti_commit *c, size_t count, size_t record, void **block, size_t *size, void **records);

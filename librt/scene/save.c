@@ -47,6 +47,8 @@ static void put_entry(void *data, const rti_chunk *chunk, uint32_t group)
     e->group = group;
     if (chunk->kind == RTK_CHUNK_GEOMETRY)
         e->material_base = w->snapshot->groups[group].material_base;
+    if (chunk->kind == RTK_CHUNK_TREE && group != RTK_INVALID)
+        e->part = rti_tree_part(&w->snapshot->groups[group], chunk);
     e->offset = w->offset;
     e->size = chunk->size;
     e->hash = written_hash(chunk);

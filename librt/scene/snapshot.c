@@ -44,8 +44,10 @@ void rti_snapshot_release(rti_snapshot *s)
         rti_chunk_release(s->groups[i].group);
         rti_chunk_release(s->groups[i].attribute);
         rti_chunk_release(s->groups[i].geometry);
-        for (uint32_t k = 0; k < RTI_TREE_KINDS; k++)
-            rti_chunk_release(s->groups[i].tree[k]);
+        for (uint32_t p = 0; p < RTK_PARTS; p++) {
+            for (uint32_t k = 0; k < RTI_TREE_KINDS; k++)
+                rti_chunk_release(s->groups[i].tree[p][k]);
+        }
     }
     for (uint32_t i = 0; i < s->texture_count; i++)
         rti_chunk_release(s->textures[i]);
@@ -58,6 +60,22 @@ void rti_snapshot_release(rti_snapshot *s)
     rti_free(s->ctx, s, s->size);
 }
 
+uint32_t rti_tree_part(const rti_part_group *group, const rti_chunk *tree)
+{
+    uint32_t kind = ((const rtk_tree_header *)tree->data)->kind, part = 0;
+    while (part + 1 < RTK_PARTS && group->tree[part][kind] != tree)
+        part++;
+    return part;
+}
+
+void rti_trees_retain(rti_part_group *to, const rti_part_group *from)
+{
+    for (uint32_t p = 0; p < RTK_PARTS; p++) {
+        for (uint32_t k = 0; k < RTI_TREE_KINDS; k++)
+            to->tree[p][k] = rti_chunk_retain(from->tree[p][k]);
+    }
+}
+
 void rti_snapshot_each(const rti_snapshot *s, rti_chunk_visit visit, void *data)
 {
     for (uint32_t i = 0; i < s->group_count; i++) {
@@ -66,9 +84,10 @@ void rti_snapshot_each(const rti_snapshot *s, rti_chunk_visit visit, void *data)
         if (g->attribute)
             visit(data, g->attribute, i);
         visit(data, g->geometry, i);
-        for (uint32_t k = 1; k < RTI_TREE_KINDS; k++) {
-            if (g->tree[k])
-                visit(data, g->tree[k], i);
+        for (uint32_t n = 0; n < RTK_PARTS * RTI_TREE_KINDS; n++) {
+            const rti_chunk *tree = g->tree[n % RTK_PARTS][n / RTK_PARTS];
+            if (tree)
+                visit(data, tree, i);
         }
     }
     visit(data, s->top, RTK_INVALID);
@@ -99,6 +118,21 @@ static rtk_vec3 vec(const float p[3])
     return rtk_v3(p[0], p[1], p[2]);
 }
 
+static rtk_part part_view(const rti_part_group *group, uint32_t index)
+{
+    const rtk_part_header *head = &((const rtk_group_header *)group->group->data)->parts[index];
+    rtk_part p;
+    memset(&p, 0, sizeof p);
+    p.lo = vec(head->lo);
+    p.hi = vec(head->hi);
+    p.scale = head->scale;
+    p.count = head->count;
+    p.all.refs = rti_part_list(group->group, index);
+    p.kdtree = tree_view(group->tree[index][RTK_TREE_KD]);
+    p.octree = tree_view(group->tree[index][RTK_TREE_OCTREE]);
+    return p;
+}
+
 static rtk_group group_view(const rti_part_group *part)
 {
     const rtk_group_header *head = part->group->data;
@@ -107,7 +141,6 @@ static rtk_group group_view(const rti_part_group *part)
     memset(&g, 0, sizeof g);
     g.lo = vec(head->lo);
     g.hi = vec(head->hi);
-    g.scale = head->scale;
     g.tri_count = head->tri_count;
     g.shape_count = head->shape_count;
     g.plane_count = head->plane_count;
@@ -117,8 +150,9 @@ static rtk_group group_view(const rti_part_group *part)
     g.geoms = rti_chunk_at(part->geometry, geometry->off_geoms);
     g.geom_count = geometry->geom_count;
     g.attributes = part->attribute ? part->attribute->data : NULL;
-    g.kdtree = tree_view(part->tree[RTK_TREE_KD]);
-    g.octree = tree_view(part->tree[RTK_TREE_OCTREE]);
+    g.part_count = head->part_count;
+    for (uint32_t i = 0; i < head->part_count; i++)
+        g.parts[i] = part_view(part, i);
     return g;
 }
 

@@ -50,6 +50,17 @@ static rt_status find_tracer(rti_look *look, const char *call)
     return RT_OK;
 }
 
+static rt_status check_part(const rti_look *look, const char *call)
+{
+    uint32_t group = look->query.group, part = look->query.part, count = 1;
+    if (group != RT_INVALID_ID)
+        count = ((const rtk_group_header *)look->snapshot->groups[group].group->data)->part_count;
+    if (part == 0 || part < count)
+        return RT_OK;
+    return rti_fail(look->snapshot->ctx, RT_ERROR_ARGUMENT, "%s: part is %u; the tree's group has %u", call, part,
+                    count > 0 ? count : 1);
+}
+
 static rt_status find_tree(rti_look *look)
 {
     uint32_t kind = look->tracer->tree, group = look->query.group;
@@ -59,7 +70,7 @@ static rt_status find_tree(rti_look *look)
         return status;
     rti_snapshot_release(look->snapshot);
     look->snapshot = with;
-    look->tree = group == RT_INVALID_ID ? with->top_tree[kind] : with->groups[group].tree[kind];
+    look->tree = group == RT_INVALID_ID ? with->top_tree[kind] : with->groups[group].tree[look->query.part][kind];
     return RT_OK;
 }
 
@@ -75,6 +86,8 @@ rt_status rti_look_begin(const rt_scene *scene, const char *call, const rt_tree_
         status = find_tracer(look, call);
     if (status == RT_OK)
         status = rti_look_group(look->snapshot, call, look->query.group);
+    if (status == RT_OK)
+        status = check_part(look, call);
     if (status == RT_OK)
         status = find_tree(look);
     if (status != RT_OK)

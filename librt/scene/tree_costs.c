@@ -12,12 +12,16 @@ typedef struct blocks {
     rti_steps steps[CHUNK];
 } blocks;
 
-/* A scene of one group's tree and nothing else. */
-static rtk_scene only_group(const rtk_scene *all, uint32_t group, rtk_group *copy)
+/* A scene of one tree of a group and nothing else. */
+static rtk_scene only_group(const rtk_scene *all, uint32_t group, uint32_t part, rtk_group *copy)
 {
     rtk_scene one = *all;
     *copy = all->groups[group];
     copy->plane_count = 0;
+    if (copy->part_count > 0) {
+        copy->parts[0] = all->groups[group].parts[part];
+        copy->part_count = 1;
+    }
     one.groups = copy;
     one.group_count = 1;
     one.instance_count = one.unbounded_count = 0;
@@ -43,7 +47,7 @@ rt_status rt_scene_ray_costs(const rt_scene *scene, const rt_tree_query *query, 
         return status;
     view = look.snapshot->view;
     if (look.query.group != RT_INVALID_ID)
-        view = only_group(&look.snapshot->view, look.query.group, &group);
+        view = only_group(&look.snapshot->view, look.query.group, look.query.part, &group);
     env = rti_fp_enter();
     for (size_t at = 0; at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;

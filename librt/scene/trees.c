@@ -75,32 +75,98 @@ static rt_status build(const tree_job *job, const rti_build_input *input, const 
     return RT_OK;
 }
 
-static rt_status group_tree(const tree_job *job, const rti_chunk *chunk, uint32_t kind, rti_chunk **out)
+/* A group cut into parts: each part's trees follow from the group and the part's number. */
+static rti_hash part_key(const rti_chunk *chunk, uint32_t part)
 {
-    rt_context *ctx = job->snapshot->ctx;
+    rti_hasher h;
+    if (((const rtk_group_header *)chunk->data)->part_count == 1)
+        return chunk->hash;
+    rti_hasher_init(&h);
+    rti_hasher_add(&h, &chunk->hash, sizeof chunk->hash);
+    rti_hasher_add(&h, &part, sizeof part);
+    return rti_hasher_end(&h);
+}
+
+/* What a tree is built over: the group's own triangles, or those of a part brought together; and the boxes of shapes. */
+typedef struct part_input {
+    const uint32_t *list; /* of the part, NULL: all */
+    uint32_t tri_count, shape_count;
+    const rtk_tri *tris;
+    rtk_tri *own_tris; /* NULL: none brought together */
+    float (*boxes)[6];
+} part_input;
+
+static void part_input_free(rt_context *ctx, part_input *in)
+{
+    rti_free(ctx, in->own_tris, in->tri_count * sizeof *in->own_tris);
+    rti_free(ctx, in->boxes, in->shape_count * sizeof *in->boxes);
+}
+
+/* false: no memory; free it all the same. */
+static bool part_input_make(rt_context *ctx, const rti_chunk *chunk, uint32_t part, part_input *in)
+{
     const rtk_group_header *head = chunk->data;
     const rtk_shape *shapes = rti_chunk_at(chunk, head->off_shapes);
-    rti_build_settings settings = settle(job->snapshot, kind, head->tri_count + head->shape_count);
-    rti_hash key = tree_key(chunk->hash, &settings);
-    rti_build_input input = {.tri_count = head->tri_count, .box_count = head->shape_count, .grow = RTK_GROW * head->scale};
-    float(*boxes)[6];
+    uint32_t count = head->parts[part].count;
+    in->list = rti_part_list(chunk, part);
+    in->tris = head->tri_count ? rti_chunk_at(chunk, head->off_tris) : NULL;
+    in->tri_count = head->tri_count;
+    if (in->list) { /* triangles come first in it */
+        in->tri_count = 0;
+        while (in->tri_count < count && in->list[in->tri_count] < head->tri_count)
+            in->tri_count++;
+    }
+    in->shape_count = count - in->tri_count;
+    in->boxes = rti_alloc_array(ctx, in->shape_count, sizeof *in->boxes);
+    if (in->list && in->tri_count > 0)
+        in->own_tris = rti_alloc_array(ctx, in->tri_count, sizeof *in->own_tris);
+    if (!in->boxes || (in->list && in->tri_count > 0 && !in->own_tris))
+        return false;
+    for (uint32_t i = 0; in->own_tris && i < in->tri_count; i++)
+        in->own_tris[i] = in->tris[in->list[i]];
+    in->tris = in->own_tris ? in->own_tris : in->tris;
+    for (uint32_t i = 0; i < in->shape_count; i++) {
+        rtk_vec3 lo, hi;
+        rtk_shape_bounds(&shapes[(in->list ? in->list[in->tri_count + i] - head->tri_count : i)], &lo, &hi);
+        memcpy(in->boxes[i], (float[6]){lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}, sizeof in->boxes[i]);
+    }
+    return true;
+}
+
+static rt_status part_tree(const tree_job *job, const rti_chunk *chunk, uint32_t part, uint32_t kind, rti_chunk **out)
+{
+    rt_context *ctx = job->snapshot->ctx;
+    const rtk_part_header *head = &((const rtk_group_header *)chunk->data)->parts[part];
+    rti_build_settings settings = settle(job->snapshot, kind, head->count);
+    rti_hash key = tree_key(part_key(chunk, part), &settings);
+    rti_build_input input = {.grow = RTK_GROW * head->scale};
+    part_input in = {.list = NULL};
     rt_status status;
     if (found(job, key, out))
         return RT_OK;
-    boxes = rti_alloc_array(ctx, head->shape_count, sizeof *boxes);
-    if (!boxes)
-        return rti_fail_memory(ctx, job->call, head->shape_count * sizeof *boxes);
-    for (uint32_t i = 0; i < head->shape_count; i++) {
-        rtk_vec3 lo, hi;
-        rtk_shape_bounds(&shapes[i], &lo, &hi);
-        memcpy(boxes[i], (float[6]){lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}, sizeof boxes[i]);
+    if (part_input_make(ctx, chunk, part, &in)) {
+        input.tris = in.tri_count ? in.tris : NULL;
+        input.tri_count = in.tri_count;
+        input.boxes = (const float(*)[6])in.boxes;
+        input.box_count = in.shape_count;
+        memcpy(input.lo, head->lo, sizeof input.lo);
+        memcpy(input.hi, head->hi, sizeof input.hi);
+        status = build(job, &input, &settings, key, in.list, out);
+    } else {
+        status = rti_fail_memory(ctx, job->call, head->count * sizeof(rtk_tri));
     }
-    input.tris = head->tri_count ? rti_chunk_at(chunk, head->off_tris) : NULL;
-    input.boxes = (const float(*)[6])boxes;
-    memcpy(input.lo, head->lo, sizeof input.lo);
-    memcpy(input.hi, head->hi, sizeof input.hi);
-    status = build(job, &input, &settings, key, NULL, out);
-    rti_free(ctx, boxes, head->shape_count * sizeof *boxes);
+    part_input_free(ctx, &in);
+    return status;
+}
+
+static rt_status group_trees(const tree_job *job, rti_part_group *group, uint32_t kind)
+{
+    const rtk_group_header *head = group->group->data;
+    rt_status status = RT_OK;
+    for (uint32_t p = 0; status == RT_OK && p < head->part_count; p++) {
+        if (!group->tree[p][kind])
+            status = part_tree(job, group->group, p, kind, &group->tree[p][kind]);
+    }
     return status;
 }
 
@@ -168,11 +234,8 @@ rt_status rti_snapshot_build(rti_snapshot *s, const char *call, uint32_t kinds, 
     for (uint32_t kind = 1; kind < RTI_TREE_KINDS; kind++) {
         if (!(kinds & (1u << kind)))
             continue;
-        for (uint32_t i = 0; status == RT_OK && i < s->group_count; i++) {
-            const rtk_group_header *head = s->groups[i].group->data;
-            if (!s->groups[i].tree[kind] && head->tri_count + head->shape_count > 0)
-                status = group_tree(&job, s->groups[i].group, kind, &s->groups[i].tree[kind]);
-        }
+        for (uint32_t i = 0; status == RT_OK && i < s->group_count; i++)
+            status = group_trees(&job, &s->groups[i], kind);
         if (status == RT_OK && !s->top_tree[kind])
             status = top_tree(&job, s->top, kind, &s->top_tree[kind]);
     }
@@ -188,8 +251,10 @@ bool rti_snapshot_complete(const rti_snapshot *s, uint32_t kind)
         return true;
     for (uint32_t i = 0; i < s->group_count; i++) {
         const rtk_group_header *head = s->groups[i].group->data;
-        if (!s->groups[i].tree[kind] && head->tri_count + head->shape_count > 0)
-            return false;
+        for (uint32_t p = 0; p < head->part_count; p++) {
+            if (!s->groups[i].tree[p][kind])
+                return false;
+        }
     }
     return s->top_tree[kind] || !(top->lo[0] <= top->hi[0]);
 }
@@ -208,8 +273,7 @@ static rti_snapshot *copy(const rti_snapshot *from)
         to->groups[i].attribute = rti_chunk_retain(g->attribute);
         to->groups[i].geometry = rti_chunk_retain(g->geometry);
         to->groups[i].material_base = g->material_base;
-        for (uint32_t k = 0; k < RTI_TREE_KINDS; k++)
-            to->groups[i].tree[k] = rti_chunk_retain(g->tree[k]);
+        rti_trees_retain(&to->groups[i], g);
     }
     for (uint32_t i = 0; i < from->texture_count; i++)
         to->textures[i] = rti_chunk_retain(from->textures[i]);

@@ -52,8 +52,19 @@ static int lanes_filter(const lanes *l, const float x[3], const float y[3], cons
     return any;
 }
 
-/* The rays collected for one axis against all triangles of the scene's own group. */
-static inline void lanes_flush(lanes *l, uint32_t axis, rtk_u32 mode)
+/* How many of a part's primitives are triangles: they come first in its list. */
+static uint32_t tri_refs(const rtk_group *g, const rtk_part *part)
+{
+    uint32_t n = part->count;
+    if (!part->all.refs)
+        return g->tri_count;
+    while (n > 0 && part->all.refs[n - 1] >= g->tri_count)
+        n--;
+    return n;
+}
+
+/* The rays collected for one axis against all triangles (tri_refs) of a part of the scene's own group. */
+static inline void lanes_flush(lanes *l, const rtk_part *part, uint32_t tris, uint32_t axis, rtk_u32 mode)
 {
     uint32_t kx = (axis + 1) % 3, ky = (axis + 2) % 3, n = l->count;
     if (n == 0)
@@ -63,8 +74,8 @@ static inline void lanes_flush(lanes *l, uint32_t axis, rtk_u32 mode)
         l->sx[i] = l->sy[i] = 0.0f;
     }
     const rtk_group *g = l->queries[0]->group;
-    for (uint32_t k = 0; k < g->tri_count; k++) {
-        const rtk_tri *t = &g->tris[k];
+    for (uint32_t k = 0; k < tris; k++) {
+        const rtk_tri *t = &g->tris[part->all.refs ? part->all.refs[k] : k];
         float x[3] = {t->v0[kx], t->v1[kx], t->v2[kx]}, y[3] = {t->v0[ky], t->v1[ky], t->v2[ky]};
         float z[3] = {t->v0[axis], t->v1[axis], t->v2[axis]};
         int keep[WIDTH];
@@ -75,13 +86,13 @@ static inline void lanes_flush(lanes *l, uint32_t axis, rtk_u32 mode)
                 *l->done[i] = rtk_query_tri(l->queries[i], mode, l->rays[i], t);
     }
     for (uint32_t i = 0; i < n && (mode & RTK_MODE_STEPS); i++)
-        l->queries[i]->tests += g->tri_count;
+        l->queries[i]->tests += tris;
     l->count = 0;
 }
 
 #define RTI_TRACER_NAME brute
 #define RTK_WALK_INL    "../kernel/brute.inl"
-#define RTK_TREE        kdtree /* passed on and not looked at */
-#define RTK_TOP_TREE    top_kdtree
+#define RTK_TREE        all
+#define RTK_TOP_TREE    top_all
 #define RTI_MODE_INL    "brute.inl"
 #include "modes.inl"

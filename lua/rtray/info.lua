@@ -70,15 +70,16 @@ local HEAD = {
 }
 
 local function tree_row(t)
+  local group = t.part > 0 and ("%s.%d"):format(t.group, t.part) or tostring(t.group)
   return {
-    t.name, tostring(t.group), output.count(t.primitives), output.count(t.references), ("%.2f"):format(ratio(t.references, t.primitives)),
+    t.name, group, output.count(t.primitives), output.count(t.references), ("%.2f"):format(ratio(t.references, t.primitives)),
     output.seconds(t.build_seconds), tostring(t.depth), output.count(t.nodes), output.count(t.leaves), output.count(t.empty_leaves),
     ("%.1f"):format(100 * ratio(t.empty_leaves, t.leaves)), tostring(t.largest_leaf), ("%.2f"):format(t.sah_cost), output.bytes(t.bytes),
   }
 end
 
 local function tree_json(t)
-  return json.object():set("name", t.name):set("group", t.group):set("primitives", t.primitives):set("references", t.references)
+  return json.object():set("name", t.name):set("group", t.group):set("part", t.part):set("primitives", t.primitives):set("references", t.references)
     :set("growth", ratio(t.references, t.primitives)):set("build_seconds", t.build_seconds):set("depth", t.depth):set("nodes", t.nodes)
     :set("leaves", t.leaves):set("empty_leaves", t.empty_leaves):set("empty_ratio", ratio(t.empty_leaves, t.leaves))
     :set("largest_leaf", t.largest_leaf):set("sah_cost", t.sah_cost):set("bytes", t.bytes)

@@ -196,5 +196,34 @@ static rt_status fill_instances(rt_scene *scene, rt_scene *child)
     return rt_scene_commit(scene, NULL);
 }
 
-const hash_scene hash_scenes[] = {{"shapes", fill_shapes}, {"soup", fill_soup}, {"instances", fill_instances}};
+/* Balls and a box a hundred thousand times smaller than what they stand on: a group of two parts. */
+static rt_status fill_parts(rt_scene *scene, rt_scene *child)
+{
+    enum { BALLS = 120 };
+    float centers[3 * BALLS];
+    uint32_t seed = 23;
+    rt_spheres_desc balls = rt_spheres_desc_default();
+    rt_box_desc box = rt_box_desc_default();
+    (void)child;
+    for (int i = 0; i < BALLS; ++i) {
+        centers[3 * i] = 0.2f * noise(&seed) - 0.1f;
+        centers[3 * i + 1] = 0.1f * noise(&seed);
+        centers[3 * i + 2] = 0.2f * noise(&seed) - 0.1f;
+    }
+    balls.centers = centers;
+    balls.count = BALLS;
+    balls.radius = 0.008f;
+    TRY(add_material(scene, (rt_vec3){1, 0.8f, 0.6f}, 0.4f, 0.4f, 0.2f, &balls.common.material));
+    TRY(rt_scene_add_spheres(scene, &balls, NULL));
+    box.low = (rt_vec3){-3000, -1, -3000};
+    box.high = (rt_vec3){3000, 0, 3000};
+    TRY(add_material(scene, (rt_vec3){0.7f, 0.8f, 0.9f}, 0.7f, 0.3f, 0, &box.common.material));
+    TRY(rt_scene_add_box(scene, &box, NULL));
+    TRY(add_light(scene, RT_LIGHT_SPHERE, (rt_vec3){1.3f, 2.6f, 1.4f}, RT_FALLOFF_NONE, 1));
+    TRY(set_view(scene, (rt_vec3){0.02f, 0.15f, 0.4f}, (rt_vec3){0, 0.04f, 0}));
+    return rt_scene_commit(scene, NULL);
+}
+
+const hash_scene hash_scenes[] = {
+    {"shapes", fill_shapes}, {"soup", fill_soup}, {"instances", fill_instances}, {"parts", fill_parts}};
 const unsigned hash_scene_count = sizeof hash_scenes / sizeof hash_scenes[0];

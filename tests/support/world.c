@@ -147,7 +147,6 @@ static rt_status commit_group(test_world *w, uint32_t index, const rti_build_set
         return status;
     g->lo = rtk_v3(in.lo[0], in.lo[1], in.lo[2]);
     g->hi = rtk_v3(in.hi[0], in.hi[1], in.hi[2]);
-    g->scale = in.grow / RTK_GROW;
     g->tri_count = p->mesh.count;
     g->shape_count = p->shape_count;
     g->plane_count = p->plane_count;
@@ -156,8 +155,14 @@ static rt_status commit_group(test_world *w, uint32_t index, const rti_build_set
     g->planes = p->planes;
     g->geoms = p->geoms;
     g->geom_count = p->geom_count;
-    g->kdtree = rti_tree_view(p->chunks[0]);
-    g->octree = rti_tree_view(p->chunks[1]);
+    memset(g->parts, 0, sizeof g->parts);
+    g->part_count = p->mesh.count + p->shape_count > 0;
+    g->parts[0].lo = g->lo;
+    g->parts[0].hi = g->hi;
+    g->parts[0].scale = in.grow / RTK_GROW;
+    g->parts[0].count = p->mesh.count + p->shape_count;
+    g->parts[0].kdtree = rti_tree_view(p->chunks[0]);
+    g->parts[0].octree = rti_tree_view(p->chunks[1]);
     return RT_OK;
 }
 

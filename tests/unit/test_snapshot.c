@@ -232,10 +232,11 @@ static void test_trees_kept(void **state)
     assert_ptr_equal(with, s);
     rti_snapshot_release(with);
     assert_int_equal(rti_snapshot_with_tree(s, RTK_TREE_OCTREE, NULL, &with), RT_OK);
-    assert_int_equal(rti_snapshot_view(with)->groups[0].octree.kind, RTK_TREE_OCTREE);
+    assert_int_equal(rti_snapshot_view(with)->groups[0].parts[0].octree.kind, RTK_TREE_OCTREE);
     assert_ptr_equal(rti_snapshot_view(with)->groups[0].tris, rti_snapshot_view(s)->groups[0].tris);
     assert_int_equal(rti_snapshot_with_tree(s, RTK_TREE_OCTREE, NULL, &again), RT_OK);
-    assert_ptr_equal(rti_snapshot_view(again)->groups[0].octree.oct, rti_snapshot_view(with)->groups[0].octree.oct);
+    assert_ptr_equal(rti_snapshot_view(again)->groups[0].parts[0].octree.oct,
+                     rti_snapshot_view(with)->groups[0].parts[0].octree.oct);
     rti_snapshot_release(with);
     rti_snapshot_release(again);
     rti_snapshot_release(s);
@@ -403,7 +404,7 @@ static void test_two_commits(void **state)
             pthread_join(thread[i], NULL);
         rti_snapshot *a = rti_scene_snapshot(scene[0]), *b = rti_scene_snapshot(scene[1]);
         assert_ptr_equal(rti_snapshot_view(a)->groups[0].shapes, rti_snapshot_view(b)->groups[0].shapes);
-        assert_ptr_equal(rti_snapshot_view(a)->groups[0].kdtree.kd, rti_snapshot_view(b)->groups[0].kdtree.kd);
+        assert_ptr_equal(rti_snapshot_view(a)->groups[0].parts[0].kdtree.kd, rti_snapshot_view(b)->groups[0].parts[0].kdtree.kd);
         rti_snapshot_release(a);
         rti_snapshot_release(b);
     }

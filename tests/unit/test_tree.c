@@ -403,7 +403,7 @@ static void test_broken(void **state)
             rtk_tree view = rti_tree_view(copy);
             if (k % 16 != 0 && k % 16 != 3)
                 continue;
-            rtk_group *g = &w.groups[0];
+            rtk_part *g = &w.groups[0].parts[0];
             rtk_tree keep = view.kind == RTK_TREE_KD ? g->kdtree : g->octree;
             *(view.kind == RTK_TREE_KD ? &g->kdtree : &g->octree) = view;
             walk(&w.scene, &t, view.kind == RTK_TREE_KD ? "kdtree" : "octree");

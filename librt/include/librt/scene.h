@@ -301,6 +301,7 @@ typedef struct rt_tree_info {
     uint32_t depth, largest_leaf;
     double build_seconds;
     float sah_cost;
+    uint32_t part; /**< a group that holds things of very different scale has several trees, from the largest scale to the smallest: 0, 1, ... */
 } rt_tree_info;
 typedef struct rt_scene_info {
     uint64_t triangles, shapes, planes, geometries, instances, materials, textures, lights;

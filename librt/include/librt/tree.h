@@ -34,6 +34,7 @@ typedef struct rt_tree_query {
     rt_vec3 point, normal; /**< the plane; normal of any length, not zero. Where it runs along a face, the cell on the side that the normal comes from has it */
     uint32_t max_depth; /**< a cell at this depth is given whole, as one; RT_INVALID_ID: all leaves */
     float min_size;     /**< so is a cell whose longest edge is below this, in the tree's units; 0: all leaves */
+    uint32_t part;      /**< which tree of a group that has several (rt_tree_info.part); 0 */
 } rt_tree_query;
 RT_API rt_tree_query rt_tree_query_default(void);
 
@@ -42,7 +43,7 @@ typedef int (*rt_tree_cell_fn)(void *user, const rt_tree_cell *cell);
 
 /** Calls fn for the cells of a tree, in the tree's own order, on the calling thread. Leaves of a kd-tree or an octree tile its root box. A group
  *  without bounded geometry, or a top level without instances, has no cells.
- *  Errors   ARGUMENT (the tracer has no tree, there is no such group, no plane), STATE (not committed), MEMORY, MEMORY_LIMIT, CANCELLED (fn ended it)
+ *  Errors   ARGUMENT (the tracer has no tree, there is no such group or part, no plane), STATE (not committed), MEMORY, MEMORY_LIMIT, CANCELLED (fn ended it)
  *  Threads  any */
 RT_API rt_status rt_scene_tree_cells(const rt_scene *scene, const rt_tree_query *query, rt_tree_cell_fn fn, void *user);
 
@@ -52,7 +53,7 @@ typedef struct rt_tree_shape {
     rt_vec3 low, high; /**< low > high: there is no tree */
     float sah_cost, cost_traverse, cost_intersect;
 } rt_tree_shape;
-/** Errors as rt_scene_tree_cells. query: tracer and group count. */
+/** Errors as rt_scene_tree_cells. query: tracer, group and part count. */
 RT_API rt_status rt_scene_tree_shape(const rt_scene *scene, const rt_tree_query *query, rt_tree_shape *shape);
 
 /** A piece of the line in which a plane meets a surface. */
