@@ -393,9 +393,27 @@ function methods.info(self)
   return core.scene_info(self.handle)
 end
 
--- Hash of all that can change a picture.
+-- Was something described since the last commit, here or in what instances place?
+local function is_dirty(self)
+  if self.dirty then
+    return true
+  end
+  for _, child in ipairs(self.children) do
+    if is_dirty(child) then
+      return true
+    end
+  end
+  return false
+end
+
+-- Hash of all that can change a picture, settings apart; a camera that follows from the settings' shape is in it. No tree is built for it.
 function methods.hash(self)
-  self:commit()
+  local values = self:effective()
+  frame(self, values.width, values.height)
+  if not self.read_only and is_dirty(self) then
+    values.accel = "brute"
+    commit(self, values)
+  end
   return core.scene_hash(self.handle)
 end
 

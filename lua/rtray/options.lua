@@ -56,6 +56,9 @@ row("bands", { "--bands" }, nil, nil, "render band by band straight into the fil
 row("band_memory", { "--band-memory" }, "bytes", "BYTES", "memory of a band, as in 256M")
 
 row("frame", { "--frame" }, "count", "N", "the frame of an animation, counted from 0", { low = 0, high = 999999 })
+row("frames", { "--frames" }, "frames", "RANGES", "the frames, as in 0:119 or 0:119:2 or 7,9; all unless told")
+row("at_once", { "--at-once" }, "count", "N", "frames rendered at the same time; 0: chosen", { low = 0, high = 1024 })
+row("keep_going", { "-k", "--keep-going" }, nil, nil, "a frame that fails does not stop the others")
 row("watch", { "--watch" }, nil, nil, "render again whenever the scene's files change")
 row("preview", { "--preview" }, "file", "FILE", "while rendering, keep FILE up to date with what is done")
 row("json", { "--json" }, nil, nil, "print one JSON object on standard output")

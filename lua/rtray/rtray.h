@@ -23,6 +23,10 @@ int luaopen_rt(lua_State *L);
 int rtray_open_sys(lua_State *L);
 /** Adds the functions about signals to the table on the top of the stack. [-0, +0], raises. */
 void rtray_open_signals(lua_State *L);
+/** Adds sha256 and sha256_file to the table on the top of the stack. [-0, +0], raises. */
+void rtray_open_sha256(lua_State *L);
+/** Adds what processes need that share a folder to the table on the top of the stack. [-0, +0], raises. */
+void rtray_open_claim(lua_State *L);
 /** SIGINT and SIGTERM end the running Lua code by an error, or are only noted while sys.defer(true) holds; a second one ends the
  * process at once. */
 void rtray_catch_signals(lua_State *L);

@@ -155,5 +155,7 @@ int rtray_open_sys(lua_State *L)
     luaL_newlib(L, functions);
     take_from_module(L);
     rtray_open_signals(L);
+    rtray_open_sha256(L);
+    rtray_open_claim(L);
     return 1;
 }

@@ -88,6 +88,11 @@ function readers.choice(option, text)
   return nil, (near and "did you mean " .. near .. "? " or "") .. "known are " .. table.concat(option.choices, ", ")
 end
 
+-- Frames: 0:119:2,7.
+function readers.frames(_, text)
+  return require("rtray.frames").read_ranges(text)
+end
+
 -- NAME=VALUE; the parameter's declaration decides what the value's text means.
 function readers.define(_, text)
   local name, value = text:match "^([%a_][%w_]*)=(.*)$"

@@ -1,0 +1,81 @@
+-- One frame of an animation: described, keyed, rendered, put in its place.
+
+local sys = require "rtray.sys"
+local json = require "rtray.json"
+local report = require "rtray.report"
+local source = require "rtray.source"
+
+local shot = {}
+
+-- stage: { path, values, command, target, save }, what all frames of a run share.
+
+-- The options of saving that change a file's bytes, in the order of their names.
+local function save_text(save)
+  local object, names = json.object(), {}
+  for name in pairs(save) do
+    names[#names + 1] = name
+  end
+  table.sort(names)
+  for _, name in ipairs(names) do
+    object:set(name, save[name])
+  end
+  return json.encode(object)
+end
+
+-- Runs the script again and describes a frame: { frame, scene, opened, key, description, settings }. The key holds all that decides the file's
+-- pixels and nothing else: what was described (with the bytes of meshes and textures), settings, saving, the library's version.
+function shot.describe(stage, frame)
+  local animation, run = source.animation(stage.path, stage.values, stage.command)
+  if frame >= animation.frames then
+    error(("the script has changed: its animation now has %d frames, and frame %d is none of them"):format(animation.frames, frame), 0)
+  end
+  local scene = animation:scene_at(frame)
+  local settings = json.encode(report.picture_settings((scene:effective())))
+  local description = scene:hash()
+  return {
+    frame = frame, scene = scene, opened = { scene = scene, run = run }, description = description, settings = settings,
+    key = sys.sha256(table.concat({ "librt " .. require("rt").version, settings, save_text(stage.save), description }, "\n")),
+  }
+end
+
+-- May the picture that a record is about stand for this description? "key": it is the same.
+function shot.matches(described, record)
+  return record.key == described.key and "key" or nil
+end
+
+-- Starts the render with so many workers (nil: the settings').
+function shot.start(described, workers)
+  local job = described.scene:start { workers = workers }
+  described.job = job
+  described.begun = sys.now()
+  return described
+end
+
+-- Saves the image of a finished job and records it.
+function shot.finish(stage, ledger, described)
+  local job = described.job
+  local image, stats = job:image(), job:stats()
+  local save = { text = report.texts(described.opened, job.settings), format = stage.target.format }
+  save.text.Hash = image:hash()
+  for key, value in pairs(stage.save) do -- a copy: the order is of no matter
+    save[key] = value
+  end
+  local part = ledger:part(described.frame)
+  local ok, raised = pcall(image.save, image, part, save)
+  if not ok then -- the user knows the file by its own name
+    local at, to = tostring(raised):find(part, 1, true)
+    error(at and raised:sub(1, at - 1) .. stage.target.place(described.frame) .. raised:sub(to + 1) or raised, 0)
+  end
+  local width, height = image:size()
+  described.width, described.height, described.image, described.stats = width, height, save.text.Hash, stats
+  ledger:put(described.frame, {
+    key = described.key, description = described.description, image = described.image, settings = described.settings,
+    seconds = ("%.3f"):format(stats.seconds),
+  }, part, stage.target.place(described.frame))
+  image:release()
+  job:release()
+  described.job = nil
+  return stats
+end
+
+return shot
