@@ -5,12 +5,15 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/time.h>
+#include <time.h>
 #include <unistd.h>
 
 #define RTL_LOCK    "rt.lock"
@@ -294,15 +297,97 @@ static int current_process(lua_State *L)
     return 1;
 }
 
+/* sleep(seconds): shorter when a signal comes. */
+static int sleep_for(lua_State *L)
+{
+    lua_Number s = luaL_checknumber(L, 1);
+    struct timespec t = {(time_t)s, (long)((s - (lua_Number)(time_t)s) * 1e9)};
+    nanosleep(&t, NULL);
+    return 0;
+}
+
+/* program(): path of the running program; nothing where the system does not tell. */
+static int program(lua_State *L)
+{
+    char path[PATH_MAX];
+    ssize_t n = readlink("/proc/self/exe", path, sizeof path);
+    if (n <= 0 || (size_t)n >= sizeof path) {
+        return 0;
+    }
+    lua_pushlstring(L, path, (size_t)n);
+    return 1;
+}
+
+static uint64_t mixed(uint64_t x) /* splitmix64's last steps */
+{
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+    return x ^ (x >> 31);
+}
+
+/* text_hash(text): 32 hexadecimal digits that name a text (no cryptography): two FNV-1a sums from different starts, mixed. */
+static int text_hash(lua_State *L)
+{
+    size_t size;
+    const char *text = luaL_checklstring(L, 1, &size);
+    uint64_t a = 0xcbf29ce484222325u, b = 0x9e3779b97f4a7c15u;
+    for (size_t i = 0; i < size; i++) {
+        a = (a ^ (unsigned char)text[i]) * 0x100000001b3u;
+        b = mixed(b ^ (unsigned char)text[i]) + 0x9e3779b97f4a7c15u;
+    }
+    char digits[33];
+    snprintf(digits, sizeof digits, "%016llx%016llx", (unsigned long long)mixed(a ^ size), (unsigned long long)mixed(b + size));
+    lua_pushstring(L, digits);
+    return 1;
+}
+
+/* build_details(): { compiler, flags, isa } that this binary was made by and for. */
+static int build_details(lua_State *L)
+{
+#if defined __x86_64__
+#define RTL_ARCH "x86_64"
+#elif defined __aarch64__
+#define RTL_ARCH "aarch64"
+#else
+#define RTL_ARCH "other"
+#endif
+#if defined __AVX512F__
+#define RTL_VECTORS " avx512f"
+#elif defined __AVX2__
+#define RTL_VECTORS " avx2"
+#elif defined __SSE4_2__
+#define RTL_VECTORS " sse4.2"
+#else
+#define RTL_VECTORS ""
+#endif
+    lua_createtable(L, 0, 3);
+    lua_pushliteral(L, RTL_COMPILER);
+    lua_setfield(L, -2, "compiler");
+    lua_pushliteral(L, RTL_FLAGS);
+    lua_setfield(L, -2, "flags");
+    lua_pushliteral(L, RTL_ARCH RTL_VECTORS);
+    lua_setfield(L, -2, "isa");
+    return 1;
+}
+
 void rtl_open_folder(lua_State *L)
 {
     static const luaL_Reg lock_methods[] = {{NULL, NULL}};
     static const luaL_Reg journal_methods[] = {{"add", journal_add}, {NULL, NULL}};
-    static const luaL_Reg functions[] = {{"file_stat", file_stat},        {"can_create", can_create},
-                                         {"make_folder", make_folder},    {"list_folder", list_folder},
-                                         {"lock_file", lock_file},        {"put_in_place", put_in_place},
-                                         {"journal_open", journal_open},  {"usage", usage},
-                                         {"process_id", current_process}, {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"file_stat", file_stat},
+                                         {"can_create", can_create},
+                                         {"make_folder", make_folder},
+                                         {"list_folder", list_folder},
+                                         {"lock_file", lock_file},
+                                         {"put_in_place", put_in_place},
+                                         {"journal_open", journal_open},
+                                         {"usage", usage},
+                                         {"process_id", current_process},
+                                         {"text_hash", text_hash},
+                                         {"sleep", sleep_for},
+                                         {"program", program},
+                                         {"build_details", build_details},
+                                         {NULL, NULL}};
     rtl_class(L, RTL_LOCK, lock_methods, unlock, lock_to_string);
     rtl_class(L, RTL_JOURNAL, journal_methods, journal_close, journal_to_string);
     rtl_add_functions(L, functions);

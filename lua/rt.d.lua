@@ -918,6 +918,40 @@ function rt.load(path, overrides, options) end
 ---@return T
 function rt.main(value) end
 
+-- ---- sweeps ----
+
+---@class rt.sweep_desc
+---@field scene string|fun(values: table<string, any>): rt.scene a script, or a function of the axes' values (then in this process)
+---@field over? table { ior = "1:2.5:0.25", workers = {1, 2} }, axes by name; or { {"ior", "1,2"}, {"workers", "1,2"} } in this order
+---@field preset? "jpvm"|"strong"|"weak"|"structures"|"tiles" axes by name
+---@field zip? boolean pair the axes' values instead of crossing them
+---@field runs? integer of each point; 3 when an axis leaves the picture as it is, else 1
+---@field warmup? integer runs of each point before the timed ones
+---@field output? string the sweep's folder; without it nothing is kept
+---@field in_process? boolean run here instead of in processes of their own
+---@field measure? string|fun(image: rt.image, stats: rt.render_stats, point: { label: string, values: table<string, any> }): table<string, number|string|boolean>
+---@field reference? string "samples=256": compare each image with the one of the point with these values
+---@field parameters? table<string, any> of the script, the same at all points
+---@field settings? rt.settings the same at all points
+---@field set? string
+---@field seed? integer
+---@field images? boolean false: keep none
+---@field timeout? number seconds; a run that takes longer fails
+---@field restart? boolean drop what the folder holds
+---@field force? boolean keep rows of another machine or version, marked
+---@field wait? boolean wait while another process works on the folder
+---@field progress? fun(event: { kind: string, done: integer, total: integer, label: string })
+---@field note? fun(text: string)
+---@field interrupted? fun(): any asked between runs
+---@field command? string[] for the record
+---@field title? string
+---@field dry? boolean plan only: the points, unmeasured
+
+---Renders a scene at every point of a grid of parameters and settings, and measures each; docs/sweep.md describes the results.
+---@param desc rt.sweep_desc
+---@return table results
+function rt.sweep(desc) end
+
 -- ---- the renderer ----
 
 ---Before the first scene or image: threads and memory of the renderer.

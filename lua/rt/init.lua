@@ -20,6 +20,7 @@ local ease = require "rt.ease"
 local keys = require "rt.keys"
 local path = require "rt.path"
 local quat = require "rt.quat"
+local sweep = require "rt.sweep"
 
 local version, build = core.version()
 
@@ -38,7 +39,7 @@ local rt = {
   -- animation
   animation = animation.new, keys = keys.make, ease = ease.make, quat = quat.make, path = path.make, orbit = path.orbit, look_at = path.look_at,
   -- scripts
-  params = params.declare, load = load.load, main = load.main,
+  params = params.declare, load = load.load, main = load.main, sweep = sweep.sweep,
   -- the renderer
   configure = configure.configure, machine = configure.machine, integrators = core.integrators, tracers = core.tracers, settings = configure.settings,
   on_log = log.on_log,

@@ -88,6 +88,11 @@ local function read(p, text, who)
   return types[p.type].check(value, p, who)
 end
 
+-- The checked value of a text, for a declaration as rt.load lists it.
+function params.value_of(p, text, who)
+  return read(p, text, who)
+end
+
 -- ---- declarations ----
 
 local function infer(default, p)
@@ -130,7 +135,7 @@ end
 local function check_name(name)
   if type(name) ~= "string" or not name:find "^[%a_][%w_]*$" then
     fail("%s: a parameter's name must be a word of letters, digits and _; got %s", WHO, check.describe(name))
-  elseif settings.fields[name] then
+  elseif settings.fields[name] or settings.reserved[name] then
     fail("%s: '%s' is a setting's name; a parameter needs another", WHO, name)
   end
 end

@@ -14,7 +14,8 @@ local STEP = 0.05 -- seconds between two chances for an interrupt
 local mode = check.choice { "inherit", "null", "pipe" }
 local count = check.integer { low = 0, high = math.maxinteger }
 local fields = {
-  stdin = mode, stdout = mode, stderr = check.choice { "inherit", "null", "pipe", "stdout" }, cwd = check.string, group = check.boolean, buffer = count,
+  stdin = mode, stdout = mode, stderr = check.choice { "inherit", "null", "pipe", "stdout" }, cwd = check.string, group = check.boolean,
+  buffer = count,
   limits = function(value, who, key)
     return check.fields(value, { cpu = count, memory = count, file = count, files = count }, who .. ": " .. key)
   end,

@@ -38,6 +38,15 @@ settings.list = {
   { name = "duplication", kind = "number", low = 0, commit = true, help = "references a primitive at most; 0: the builder's own" },
 }
 
+-- Settings that change no bit of the picture.
+settings.arrangement = {
+  workers = true, tile = true, schedule = true, tracer = true, memory_limit = true, accel = true, builder = true, tree_depth = true, leaf_size = true,
+  cost_traverse = true, cost_intersect = true, empty_bonus = true, duplication = true, preview = true,
+}
+
+-- Names that sweeps have for axes besides the settings; like these, no parameter can bear them.
+settings.reserved = { set = true, transport = true }
+
 local function crop(value, who, key)
   local n = check.integer { low = 0, high = 1048576 }
   if type(value) ~= "table" then
@@ -111,6 +120,8 @@ local readers = {
   end,
 }
 
+local KIND_WORDS = { integer = "a whole number", number = "a number", boolean = "true or false" }
+
 -- A setting from a text, as a command line gives it.
 function settings.read(name, text, who)
   if name == "size" then
@@ -126,7 +137,7 @@ function settings.read(name, text, who)
   if reader then
     value = reader(text)
     if value == nil then
-      check.fail("%s: %s must be a %s; got '%s'", who, name, row.kind, words.quote(text))
+      check.fail("%s: %s must be %s; got '%s'", who, name, KIND_WORDS[row.kind], words.quote(text))
     end
   end
   return settings.fields[name](value, who, name)

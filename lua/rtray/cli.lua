@@ -104,6 +104,7 @@ function cli.parse(command, args, first)
       store(command, values, option, name, text)
     end
   end
+  values.words = args
   if not values.help then
     check_count(command, given)
   end

@@ -103,6 +103,27 @@ Times the builders of the trees, then renders of the scene for each structure an
     examples = { "rtray bench scenes/paper.lua --workers 1,2 --runs 5 -o bench.csv" },
   },
   {
+    name = "sweep", summary = "render a scene over a grid of parameters and settings; measure it", module = "rtray.sweep", arguments = { SCENE },
+    options = options.take("over", "preset", "zip", "folder", "runs", "warmup", "in_process", "reference", "measure", "size", "samples", "workers",
+      "define", "set", "integrator", "tracer", "builder", "tile", "schedule", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter",
+      "crop", "seed", "memory_limit", "no_images", "timeout", "restart", "force_mix", "wait", "dry_run", "progress", "quiet", "json"),
+    text = [[
+An axis is a parameter of the script or a setting: workers, tile, schedule, size, samples, tracer, builder, integrator, accel, set and the
+others that `rtray render --settings` lists. Values are lists (1,2,4), ranges with their last value (1:2.5:0.25), factors (1:16:*2), sizes
+(500x500,1000x700), vectors ({1,0,0},{0,1,0}), choices, or * for all choices. The grid of all axes is rendered, with --zip their pairs.
+
+Each run is a process of its own, one at a time, the runs of all points interleaved; medians, quartiles, speed-up, efficiency, the serial
+fraction and a fit of Amdahl's law go to results.csv and results.json, an image of each point to images/. There are 3 runs of a point when an axis
+leaves the picture as it is (workers, tile, tracer), else 1. After a kill or Ctrl-C the same command goes on; longer axes and more runs keep what
+is there. A point that fails is noted, the others go on, and the exit status is 1; 4 says that images differ which must not.]],
+    examples = {
+      "rtray sweep scenes/paper.lua --over ior=1:2.5:0.25 -o glass",
+      "rtray sweep scenes/paper.lua --over workers=1,2,4 --over size=500x500,1000x700 --runs 5 --warmup 1 -o report",
+      "rtray sweep scenes/paper.lua --preset jpvm -o report",
+      "rtray sweep scenes/cornell.lua --over samples=4:256:*4 --reference samples=256 -o noise",
+    },
+  },
+  {
     name = "repl", summary = "read and run Lua lines, with rt loaded", module = "rtray.repl",
     arguments = { { name = "SCENE", type = "scene", optional = true } },
     options = options.take("define", "set", "seed"),
@@ -126,6 +147,10 @@ then read from standard input without a prompt.]],
     text = "For man(1).", examples = { "rtray manual > rtray.1" },
   },
   -- What commands run in processes of their own (child.lua).
+  {
+    name = "answer", summary = "answer the requests of a sweep", hidden = true, arguments = {}, module = "rtray.sweep", entry = "answer",
+    options = options.take(), text = "Requests are JSON lines on standard input. Used by sweep.", examples = { "rtray answer" },
+  },
   {
     name = "describe", summary = "print the hash of a scene's description", hidden = true, arguments = { SCENE }, module = "rtray.child",
     entry = "describe", options = options.take("define", "set", "frame", "seed"), text = "Used by verify.", examples = { "rtray describe x.lua" },

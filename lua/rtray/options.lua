@@ -76,6 +76,22 @@ row("workers_list", { "-j", "--workers" }, "counts", "N,N,...", "worker counts",
 row("tiles_list", { "--tiles" }, "counts", "N,N,...", "tile sizes", { low = 1, high = 4096 })
 row("tracers_list", { "--tracers" }, "choices", "NAME,...", "structures", { choices = { "kdtree", "octree", "brute" } })
 row("runs", { "--runs" }, "count", "N", "runs of each arrangement; medians are shown", { low = 1, high = 1000 })
+row("over", { "--over" }, "axis", "NAME=VALUES", "an axis: a parameter or setting and its values (repeatable), as ior=1:2.5:0.25", { many = true })
+row("zip", { "--zip" }, nil, nil, "pair the axes' values instead of crossing them")
+row("preset", { "--preset" }, "choice", "NAME", "axes by name: the paper's experiment, or a study of workers, structures, tiles", {
+  choices = { "jpvm", "strong", "weak", "structures", "tiles" },
+})
+row("warmup", { "--warmup" }, "count", "N", "runs of each point before the timed ones", { low = 0, high = 1000 })
+row("in_process", { "--in-process" }, nil, nil, "run in this process: trees are shared between points, times are not clean")
+row("measure", { "--measure" }, "file", "FILE", "Lua file that returns function(image, stats, point) for columns of your own")
+row("reference", { "--reference" }, "text", "AXIS=VALUE,...", "compare each image with the one of the point with these values")
+row("folder", { "-o", "--output" }, "folder", "DIR", "the sweep's folder; else NAME.sweep")
+row("no_images", { "--no-images" }, nil, nil, "keep no images")
+row("timeout", { "--timeout" }, "number", "SECONDS", "a run that takes longer fails", { low = 0.001, high = 1e9 })
+row("restart", { "--restart" }, nil, nil, "drop what the folder holds and begin again")
+row("force_mix", { "--force" }, nil, nil, "keep rows of another machine or version, marked")
+row("wait", { "--wait" }, nil, nil, "wait while another process works on the folder")
+row("dry_run", { "--dry-run" }, nil, nil, "print the points and end")
 row("force", { "-f", "--force" }, nil, nil, "replace an existing file")
 
 -- The rows of some keys, in the given order, the help last.

@@ -44,15 +44,6 @@ static int now(lua_State *L)
     return 1;
 }
 
-/* sleep(seconds): shorter when a signal comes. */
-static int sleep_for(lua_State *L)
-{
-    lua_Number s = luaL_checknumber(L, 1);
-    struct timespec t = {(time_t)s, (long)((s - (lua_Number)(time_t)s) * 1e9)};
-    nanosleep(&t, NULL);
-    return 0;
-}
-
 /* ---- files ---- */
 
 static int real_path(lua_State *L)
@@ -95,20 +86,6 @@ static int write_text(lua_State *L)
     return 1;
 }
 
-/* ---- processes ---- */
-
-/* Path of the running program. */
-static int program(lua_State *L)
-{
-    char path[PATH_MAX];
-    ssize_t n = readlink("/proc/self/exe", path, sizeof path);
-    if (n <= 0 || (size_t)n >= sizeof path) {
-        return 0;
-    }
-    lua_pushlstring(L, path, (size_t)n);
-    return 1;
-}
-
 /* failures(): { number, text } of the reasons that are the machine's fault. */
 static int failures(lua_State *L)
 {
@@ -128,7 +105,9 @@ static int failures(lua_State *L)
 /* What the module has of the same kind (lua/folder.c, lua/process.c, lua/rt/process.lua) is known here by the program's names. */
 static void take_from_module(lua_State *L)
 {
-    static const char *const names[][3] = {{"rt.core", "file_stat", "stat"},
+    static const char *const names[][3] = {{"rt.core", "sleep", "sleep"},
+                                           {"rt.core", "program", "program"},
+                                           {"rt.core", "file_stat", "stat"},
                                            {"rt.core", "can_create", "can_create"},
                                            {"rt.core", "put_in_place", "put_in_place"},
                                            {"rt.core", "make_folder", "make_folder"},
@@ -149,9 +128,9 @@ static void take_from_module(lua_State *L)
 
 int rtray_open_sys(lua_State *L)
 {
-    static const luaL_Reg functions[] = {{"is_terminal", is_terminal}, {"columns", columns},     {"now", now},
-                                         {"sleep", sleep_for},         {"real_path", real_path}, {"write", write_text},
-                                         {"program", program},         {"failures", failures},   {NULL, NULL}};
+    static const luaL_Reg functions[] = {
+        {"is_terminal", is_terminal}, {"columns", columns},   {"now", now}, {"real_path", real_path},
+        {"write", write_text},        {"failures", failures}, {NULL, NULL}};
     luaL_newlib(L, functions);
     take_from_module(L);
     rtray_open_signals(L);

@@ -102,6 +102,15 @@ function readers.define(_, text)
   return { name = name, text = value }
 end
 
+-- NAME=VALUES; the sweep reads the values.
+function readers.axis(_, text)
+  local name, values = text:match "^([%a_][%w_-]*)=(.*)$"
+  if not name then
+    return nil, "NAME=VALUES is expected, as in workers=1,2,4 or ior=1:2.5:0.25"
+  end
+  return { name = name, text = values }
+end
+
 -- Lists of counts: 1,2,4.
 function readers.counts(option, text)
   local list = {}

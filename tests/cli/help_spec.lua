@@ -1,7 +1,7 @@
 local support = require "support"
 local rtray = support.rtray
 
-local COMMANDS = { "render", "info", "params", "convert", "compare", "verify", "bench", "repl", "help" }
+local COMMANDS = { "render", "info", "params", "convert", "compare", "verify", "bench", "sweep", "repl", "help" }
 
 describe("help", function()
   it("lists every command", function()
@@ -115,7 +115,7 @@ describe("completions", function()
       local r = rtray { "completion", shell }
       assert.equal(0, r.status)
       assert.truthy(r.out:find(sign, 1, true), shell)
-      assert.falsy(r.out:find "%f[%w]measure[:)']") -- hidden commands stay hidden
+      assert.falsy(r.out:find "%f[%w]answer[:)']") -- hidden commands stay hidden
     end
   end)
 

@@ -24,7 +24,9 @@ end
 
 describe("a process", function()
   it("gets its arguments, environment and folder as they are", function()
-    local child <close> = process.spawn { "sh", "-c", 'printf "%s|%s|" "$1" "$RT_X"; pwd; exit 3', "sh", quoted, stdout = "pipe", env = { RT_X = quoted }, cwd = "/" }
+    local child <close> = process.spawn {
+      "sh", "-c", 'printf "%s|%s|" "$1" "$RT_X"; pwd; exit 3', "sh", quoted, stdout = "pipe", env = { RT_X = quoted }, cwd = "/",
+    }
     local result = child:communicate()
     assert.equal(quoted .. "|" .. quoted .. "|/\n", result.out)
     assert.equal(3, result.status)

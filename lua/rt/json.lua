@@ -1,0 +1,204 @@
+-- JSON: text of plain values, and back. An object is written from a list of { key, value } pairs made by json.object, so that its order is the
+-- writer's; it is read as a plain table. null is read as nil.
+
+local json = {}
+
+local object = {}
+object.__index = object
+
+function object:set(key, value)
+  if value ~= nil then
+    self[#self + 1] = { key, value }
+  end
+  return self
+end
+
+function json.object()
+  return setmetatable({}, object)
+end
+
+-- Written as null, where a key shall be there without a value.
+json.null = setmetatable({}, { __name = "json.null" })
+
+local function text(s)
+  if not utf8.len(s) then -- bytes of a file name that are no UTF-8: each becomes the character of its number
+    s = s:gsub("[\128-\255]", function(c)
+      return utf8.char(c:byte())
+    end)
+  end
+  return '"' .. s:gsub('[%c"\\\127]', function(c)
+    return c == '"' and '\\"' or c == "\\" and "\\\\" or ("\\u%04x"):format(c:byte())
+  end) .. '"'
+end
+
+-- Shortest decimal that reads back as the same number; JSON has no infinity and no NaN.
+local function number(x)
+  if math.type(x) == "integer" then
+    return ("%d"):format(x)
+  elseif x ~= x or x == math.huge or x == -math.huge then
+    return "null"
+  end
+  for digits = 1, 17 do
+    local s = ("%." .. digits .. "g"):format(x):gsub(",", ".")
+    if tonumber(s) == x then
+      return s
+    end
+  end
+  return nil
+end
+json.number = number
+
+function json.encode(value)
+  local kind = type(value)
+  if value == json.null then
+    return "null"
+  elseif kind == "table" then
+    local parts = {}
+    if getmetatable(value) == object then
+      for i, pair in ipairs(value) do
+        parts[i] = text(pair[1]) .. ":" .. json.encode(pair[2])
+      end
+      return "{" .. table.concat(parts, ",") .. "}"
+    end
+    for i, item in ipairs(value) do
+      parts[i] = json.encode(item)
+    end
+    return "[" .. table.concat(parts, ",") .. "]"
+  elseif kind == "number" then
+    return number(value)
+  elseif kind == "boolean" then
+    return tostring(value)
+  elseif kind == "nil" then
+    return "null"
+  end
+  return text(tostring(value))
+end
+
+-- ---- reading ----
+
+local DEEPEST = 64
+local ESCAPES = { b = "\b", f = "\f", n = "\n", r = "\r", t = "\t", ['"'] = '"', ["\\"] = "\\", ["/"] = "/" }
+
+local function fault(at, what)
+  error({ json = ("byte %d: %s"):format(at, what) }, 0)
+end
+
+-- A \uXXXX at `at`, a pair of surrogates as one character: the character, and where it ends.
+local function unicode(s, at)
+  local code = tonumber(s:match("^%x%x%x%x", at) or fault(at, "\\u needs four hexadecimal digits"), 16)
+  local low = code >= 0xD800 and code < 0xDC00 and s:match("^\\u(%x%x%x%x)", at + 4)
+  low = low and tonumber(low, 16)
+  if low and low >= 0xDC00 and low < 0xE000 then
+    return utf8.char(0x10000 + (code - 0xD800) * 0x400 + low - 0xDC00), at + 10
+  end
+  return utf8.char(code), at + 4
+end
+
+local function read_text(s, at)
+  local parts, from = {}, at + 1
+  while true do
+    local stop = s:find('["\\]', from) or fault(at, "a text has no end")
+    parts[#parts + 1] = s:sub(from, stop - 1)
+    if s:sub(stop, stop) == '"' then
+      return table.concat(parts), stop + 1
+    end
+    local letter = s:sub(stop + 1, stop + 1)
+    if letter == "u" then
+      parts[#parts + 1], from = unicode(s, stop + 2)
+    else
+      parts[#parts + 1], from = ESCAPES[letter] or fault(stop, "an unknown escape"), stop + 2
+    end
+  end
+end
+
+local read
+
+local function skip(s, at)
+  return s:match("^[ \t\r\n]*()", at)
+end
+
+-- What stands between brackets: each(at) reads an entry and gives where it ends.
+local function read_list(s, at, close, each)
+  at = skip(s, at + 1)
+  if s:sub(at, at) == close then
+    return at + 1
+  end
+  while true do
+    at = skip(s, each(at))
+    local mark = s:sub(at, at)
+    if mark == close then
+      return at + 1
+    elseif mark ~= "," then
+      fault(at, "a comma or " .. close .. " is missing")
+    end
+    at = skip(s, at + 1)
+  end
+end
+
+local function read_array(s, at, depth)
+  local list, count = {}, 0
+  return list, read_list(s, at, "]", function(from)
+    count = count + 1
+    list[count], from = read(s, from, depth)
+    return from
+  end)
+end
+
+local function read_object(s, at, depth)
+  local t = {}
+  return t, read_list(s, at, "}", function(from)
+    if s:sub(from, from) ~= '"' then
+      fault(from, "a key is missing")
+    end
+    local key
+    key, from = read_text(s, from)
+    from = skip(s, from)
+    if s:sub(from, from) ~= ":" then
+      fault(from, "a colon is missing")
+    end
+    t[key], from = read(s, from + 1, depth)
+    return from
+  end)
+end
+
+local WORDS = { { "true", true }, { "false", false }, { "null", nil } }
+
+function read(s, at, depth)
+  at = skip(s, at)
+  local mark = s:sub(at, at)
+  if depth > DEEPEST then
+    fault(at, "values lie too deep in each other")
+  elseif mark == "{" then
+    return read_object(s, at, depth + 1)
+  elseif mark == "[" then
+    return read_array(s, at, depth + 1)
+  elseif mark == '"' then
+    return read_text(s, at)
+  end
+  local digits = s:match("^-?%d+%.?%d*[eE]?[+-]?%d*", at)
+  local value = digits and tonumber(digits)
+  if value then
+    return value, at + #digits
+  end
+  for _, word in ipairs(WORDS) do
+    if s:sub(at, at + #word[1] - 1) == word[1] then
+      return word[2], at + #word[1]
+    end
+  end
+  return fault(at, "no value")
+end
+
+-- The value of a JSON text; nil and why when it is none.
+function json.decode(s)
+  local ok, value, at = pcall(read, s, 1, 1)
+  if ok and skip(s, at) > #s then
+    return value
+  elseif ok then
+    return nil, ("byte %d: something stands behind the value"):format(at)
+  elseif type(value) == "table" then
+    return nil, value.json
+  end
+  error(value, 0)
+end
+
+return json

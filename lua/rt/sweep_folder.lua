@@ -1,0 +1,280 @@
+-- The folder of a sweep: one process at a time works on it, and a journal holds each finished run, so that a kill at any moment loses the run it
+-- hit and nothing else. Every other file in it can be made from the journal again.
+
+local core = require "rt.core"
+local facts = require "rt.facts"
+local json = require "rt.json"
+local words = require "rt.words"
+
+local sweep_folder = {}
+local methods = {}
+methods.__index = methods
+
+local FORMAT = 1
+local OURS = { "results.csv", "results.json", "runs.csv", "machine.json", "images", "reference", "index.html" }
+
+local function quote(path)
+  return "'" .. words.quote(path, 4096) .. "'"
+end
+
+local function fault(message, ...)
+  error({ status = 1, message = message:format(...) }, 0)
+end
+
+-- ---- making and locking ----
+
+local function make(path)
+  local made, why, number = core.make_folder(path)
+  local parent = path:match "^(.*[^/])/+[^/]+/*$"
+  if made == nil and number == 2 and parent then -- a folder above is missing
+    make(parent)
+    made, why = core.make_folder(path)
+  end
+  if made == nil then
+    fault("the folder %s cannot be made: %s", quote(path), why)
+  end
+end
+
+-- The lock at `path`; waits for it when told to, after a word.
+local function take_lock(path, wait, note, words_of)
+  local lock, why = core.lock_file(path)
+  if lock == false and wait then
+    note(words_of .. "; waiting for it")
+    repeat
+      core.sleep(0.05)
+      lock, why = core.lock_file(path)
+    until lock ~= false
+  end
+  return lock, why
+end
+
+-- While this lock is held, no other measurement of this machine runs. Where it cannot be had (another user's folder rules) nothing is locked.
+function sweep_folder.machine_lock(note)
+  return take_lock("/tmp/librt-measure.lock", true, note, "another measurement runs on this machine") or nil
+end
+
+-- ---- the journal ----
+
+local function read_file(path)
+  local file = io.open(path, "rb")
+  local text = file and file:read "a"
+  if file then
+    file:close()
+  end
+  return text
+end
+
+local takers = {}
+
+function takers.sweep(self, t)
+  self.header = t
+end
+
+function takers.machine(self, t)
+  if type(t.fingerprint) == "string" and not self.machines[t.fingerprint] then
+    self.machines[t.fingerprint] = t
+    self.machine_list[#self.machine_list + 1] = t
+  end
+end
+
+function takers.run(self, t)
+  if type(t.key) == "string" and math.type(t.run) == "integer" and type(t.machine) == "string" then
+    self.runs[t.key] = self.runs[t.key] or {}
+    self.runs[t.key][t.run] = t
+  end
+end
+
+function takers.image(self, t)
+  self.images[t.key or ""] = t
+end
+
+function takers.metrics(self, t)
+  self.metrics[t.key or ""] = t
+end
+
+-- Reads whole lines as far as they can be read; gives the bytes they take.
+local function replay(self, text, note)
+  local at = 1
+  while true do
+    local stop = text:find("\n", at, true)
+    if not stop then
+      return at - 1
+    end
+    local t = json.decode(text:sub(at, stop - 1))
+    local take = type(t) == "table" and takers[t.t]
+    if not take then
+      note(("%s: byte %d is no line of a sweep's journal; what stands there and behind is measured again"):format(
+        quote(self.path "journal.jsonl"), at))
+      return at - 1
+    end
+    take(self, t)
+    at = stop + 1
+  end
+end
+
+local function forget(self)
+  for key, image in next, self.images do
+    if type(image.file) == "string" and not image.file:find("..", 1, true) then
+      os.remove(self.path(image.file))
+    end
+    self.images[key] = nil
+  end
+  for _, name in ipairs(core.list_folder(self.path "reference") or {}) do
+    os.remove(self.path("reference/" .. name))
+  end
+  self.runs, self.images, self.metrics, self.machines, self.machine_list, self.header = {}, {}, {}, {}, {}, nil
+end
+
+local function refuse_strangers(self, scene)
+  local h = self.header
+  if not h then
+    return
+  elseif h.format ~= FORMAT then
+    fault("%s was written by another version of librt (format %s); choose another folder, or --restart drops what is in it", quote(self.folder),
+      tostring(h.format))
+  elseif h.scene ~= words.quote(scene, 4096) then
+    fault("%s holds a sweep of %s; choose another folder, or --restart drops what is in it", quote(self.folder), quote(tostring(h.scene)))
+  end
+end
+
+-- Rows that this machine and this librt have not made.
+local function refuse_mixing(self)
+  local count, by_machine, other = 0, {}, nil
+  for _, runs in next, self.runs do
+    for _, r in next, runs do
+      if r.machine ~= self.machine.fingerprint then
+        count, by_machine[r.machine] = count + 1, true
+      end
+    end
+  end
+  for _, m in ipairs(self.machine_list) do
+    other = other or by_machine[m.fingerprint] and m or nil
+  end
+  if count > 0 then
+    fault("%s holds %d run%s of another machine or version (%s), and this is %s; --restart drops them, --force keeps them, marked",
+      quote(self.folder), count, count == 1 and "" or "s", other and facts.words(other) or "unknown", facts.words(self.machine))
+  end
+end
+
+-- Whether the folder has files with our names that no journal speaks of.
+local function refuse_foreign(self)
+  for _, name in ipairs(OURS) do
+    if core.file_stat(self.path(name)) then
+      fault("%s holds %s, but no journal of a sweep; choose another folder", quote(self.folder), name)
+    end
+  end
+end
+
+-- Opens (and makes) a folder for a sweep of `scene`. o: restart, force, wait, note(text).
+function sweep_folder.open(folder, scene, o)
+  folder = folder:gsub("(.)/+$", "%1")
+  local self = setmetatable({
+    folder = folder, runs = {}, images = {}, metrics = {}, machines = {}, machine_list = {}, machine = facts.machine(),
+    path = function(name) return folder .. "/" .. name end,
+  }, methods)
+  make(folder)
+  local ok, why = core.can_create(folder)
+  if not ok then
+    fault("the folder %s cannot be written: %s", quote(folder), why)
+  end
+  self.lock, why = take_lock(self.path ".lock", o.wait, o.note, "another process works on " .. quote(folder))
+  if self.lock == nil then
+    fault("the folder %s cannot be locked: %s", quote(folder), why)
+  elseif not self.lock then
+    fault("another process works on %s; --wait waits until it has ended", quote(folder))
+  end
+  local text = read_file(self.path "journal.jsonl")
+  if not text then
+    refuse_foreign(self)
+  end
+  local size = replay(self, text or "", o.note)
+  if o.restart then
+    forget(self)
+    size = 0
+  end
+  refuse_strangers(self, scene)
+  if not o.force then
+    refuse_mixing(self)
+  end
+  self.journal, why = core.journal_open(self.path "journal.jsonl", size)
+  if not self.journal then
+    fault("the journal in %s cannot be written: %s", quote(folder), why)
+  end
+  self.synced = core.clock()
+  if not self.header then
+    self.header = { format = FORMAT }
+    self:add(json.object():set("t", "sweep"):set("format", FORMAT):set("scene", words.quote(scene, 4096)):set("version", self.machine.version))
+  end
+  if not self.machines[self.machine.fingerprint] then
+    self:add(sweep_folder.machine_json(self.machine, json.object():set("t", "machine")))
+    takers.machine(self, self.machine)
+  end
+  return self
+end
+
+-- A line more. Each is with the system when this returns, which a kill of the program cannot undo; on disk within a second.
+function methods.add(self, o)
+  local now = core.clock()
+  local sync = now - self.synced > 1
+  local ok, why, number = self.journal:add(json.encode(o) .. "\n", sync)
+  if not ok then
+    error({ status = 3, message = ("the journal in %s cannot be written: %s (errno %d)"):format(quote(self.folder), why, number) }, 0)
+  end
+  self.synced = sync and now or self.synced
+end
+
+-- Replaces a file by text when all of it is on disk.
+function methods.replace(self, name, text)
+  local part = self.path(("%s.%d.part"):format(name, core.process_id()))
+  local file, why = io.open(part, "wb")
+  local ok = file
+  if file then
+    ok, why = file:write(text)
+    local closed, why_not = file:close()
+    if ok then
+      ok, why = closed, why_not
+    end
+  end
+  if ok then
+    ok, why = core.put_in_place(part, self.path(name))
+  end
+  if not ok then
+    os.remove(part)
+    error({ status = 3, message = ("%s cannot be written: %s"):format(quote(self.path(name)), tostring(why)) }, 0)
+  end
+end
+
+function methods.sub_folder(self, name)
+  make(self.path(name))
+end
+
+function methods.release(self)
+  if self.journal then
+    self.journal:add ""
+    self.journal:release()
+  end
+  if self.lock then
+    self.lock:release()
+  end
+end
+methods.__close = methods.release
+
+-- ---- facts as JSON ----
+
+function sweep_folder.machine_json(f, o)
+  o = o or json.object()
+  for _, key in ipairs(facts.keys) do
+    local value = f[key]
+    if key == "caches" then
+      value = {}
+      for i, c in ipairs(f.caches or {}) do
+        value[i] = json.object():set("level", c.level):set("type", c.type):set("bytes", c.bytes):set("line_bytes", c.line_bytes)
+          :set("shared_by", c.shared_by)
+      end
+    end
+    o:set(key, value)
+  end
+  return o
+end
+
+return sweep_folder
