@@ -251,7 +251,27 @@ function Job:release() end
 ---@field fov? number vertical, in degrees
 ---@field projection? "pinhole"|"orthographic"
 ---@field height? number orthographic: height of the window in scene units
+---@field aperture? number radius of the lens in scene units; 0: everything is sharp
+---@field f_stop? number instead of aperture: f-number of a lens that shows fov on film of 24 mm height
+---@field unit? number for f_stop: metres in a scene unit (1)
+---@field focus_distance? number what is sharp, from eye along the view; look_at unless given
+---@field focus_at? rt.vec3 instead: a point in the plane that is sharp
+---@field blades? integer corners of the lens, 3 to 64; 0: round
+---@field blade_rotation? number in degrees; at 0 a corner points up
+---@field shutter? number|number[] times from 0 to 1 that the image covers: {open, close}, or close alone; {0, 1} unless given
+---@field motion? rt.camera|rt.camera_way the camera at time 1; what is not named stays
 ---@field name? string
+
+---@class rt.camera_way
+---@field eye? rt.vec3
+---@field look_at? rt.vec3
+---@field up? rt.vec3
+---@field fov? number
+---@field height? number
+---@field aperture? number
+---@field f_stop? number
+---@field focus_distance? number
+---@field focus_at? rt.vec3
 
 ---@param desc rt.camera_desc
 ---@return rt.camera

@@ -215,14 +215,30 @@ typedef struct rtk_material_header {
 
 enum { RTK_CAMERA_PINHOLE = 0, RTK_CAMERA_ORTHOGRAPHIC };
 
+#define RTK_CAMERA_MOVING 1u
+
+/* One end of a camera's way. */
+typedef struct rtk_camera_key {
+    float eye[3], aim[3], up[3]; /* aim: from eye to look_at; up: of any length */
+    float half_height, aperture;
+    float focus; /* 0 at both ends: the length of aim */
+} rtk_camera_key;
+
 /* Right-handed frame: a ray of the image point (x, y) in [-1, 1]^2 (y up) goes along back to front. For PINHOLE dir =
- * front + x * right + y * up with right, up already scaled by tan(fov/2) and the aspect; ORTHOGRAPHIC origin = eye + x right + y up. */
+ * front + x * right + y * up with right, up already scaled by tan(fov/2) and the aspect; ORTHOGRAPHIC origin = eye + x right + y up.
+ * A MOVING one is at time t in [0, 1] what lies between key[0] and key[1] by t; the frame is that of time 0. */
 typedef struct rtk_camera {
-    rtk_u32 type, pad;
+    rtk_u32 type, flags;
     float eye[3], front[3], up[3]; /* unit front, unit up, orthogonal */
     float right[3];                /* unit */
     float half_height;             /* tan(fov / 2), or half the height of the orthographic window */
-    rtk_u32 pad2;
+    rtk_u32 pad;
+    float aperture, focus; /* radius of the lens (0: a point), distance along front of what is sharp */
+    rtk_u32 blades;        /* corners of the lens; 0: a disc */
+    float blade_turn;      /* radians, from a corner that points up */
+    float open, close;     /* the shutter's times, 0 <= open <= close <= 1 */
+    rtk_u32 pad2[2];
+    rtk_camera_key key[2];
 } rtk_camera;
 
 typedef struct rtk_world {

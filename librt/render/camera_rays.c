@@ -96,6 +96,35 @@ static void filter_offset(const rti_frame *f, uint32_t pixel, uint32_t sample, f
     *dy = u.y;
 }
 
+/* Rays [k0, k0 + n) of a block again, from a point of the lens at the time of each. */
+static void emit_varying(const rti_frame *f, rtk_trace_block *t, rtk_path_block *p, uint32_t k0, uint32_t n, const float *px,
+                         const float *py)
+{
+    const rtk_camera *camera = &f->scene->world->camera;
+    bool moves = camera->flags & RTK_CAMERA_MOVING, raw = f->set.integrator->flags & RTI_INTEGRATOR_RAW;
+    for (uint32_t k = k0; k < k0 + n; k++) {
+        rtk_lens lens = f->lens;
+        rtk_vec3 org, dir;
+        if (moves) {
+            lens = rtk_lens_at(camera, f->set.desc.width, f->set.desc.height, rti_frame_time(f, p->pixel[k], p->sample[k]));
+            p->width[k] = lens.width;
+            p->spread[k] = lens.spread;
+        }
+        if (lens.radius > 0.0f && !raw) {
+            uint32_t seed = rtk_vertex_seed(f->seed, p->pixel[k], rtk_key_root());
+            rtk_lens_thin_ray(lens, px[k - k0], py[k - k0], rtk_random2(seed, p->sample[k], RTK_DIM_LENS_U), &org, &dir);
+        } else {
+            rtk_lens_ray(lens, px[k - k0], py[k - k0], &org, &dir);
+        }
+        t->ox[k] = org.x;
+        t->oy[k] = org.y;
+        t->oz[k] = org.z;
+        t->dx[k] = dir.x;
+        t->dy[k] = dir.y;
+        t->dz[k] = dir.z;
+    }
+}
+
 /* Lanes [from, from + n) of l go to rays [at, at + n) of the batch, all in one block. */
 static void emit(rti_worker *w, const lanes *l, uint32_t from, uint32_t at, uint32_t n)
 {
@@ -142,6 +171,8 @@ static void emit(rti_worker *w, const lanes *l, uint32_t from, uint32_t at, uint
         p->spread[k] = lens.spread;
         p->pdf[k] = -1.0f;
     }
+    if (f->lens_varies)
+        emit_varying(f, t, p, k0, n, px, py);
 }
 
 uint32_t rti_make_camera_rays(rti_worker *worker, uint32_t room)

@@ -23,6 +23,14 @@ rt_tile rti_frame_tile(const rti_frame *frame, uint32_t index)
     return t;
 }
 
+float rti_frame_time(const rti_frame *frame, uint32_t pixel, uint32_t sample)
+{
+    float u = 0.5f;
+    if (!(frame->set.integrator->flags & RTI_INTEGRATOR_RAW))
+        u = rtk_random(rtk_vertex_seed(frame->seed, pixel, rtk_key_root()), sample, RTK_DIM_TIME);
+    return rtk_shutter_time(&frame->scene->world->camera, u);
+}
+
 uint32_t rti_frame_light_samples(const rti_frame *frame, const rtk_light *light)
 {
     if (light->type != RTK_LIGHT_SPHERE)
@@ -107,6 +115,7 @@ rt_status rti_frame_plan(rt_context *ctx, const char *what, rti_frame *frame, co
     frame->seed = rtk_hash2((uint32_t)frame->set.desc.seed, (uint32_t)(frame->set.desc.seed >> 32));
     per_hit = shadow_rays(frame);
     frame->lens = rtk_lens_make(&scene->world->camera, frame->set.desc.width, frame->set.desc.height);
+    frame->lens_varies = frame->lens.radius > 0.0f || scene->world->camera.flags & RTK_CAMERA_MOVING;
     frame->batch = BATCH_MAX;
     if (per_hit * BATCH_MAX > STEP_RAYS)
         frame->batch = (uint32_t)(STEP_RAYS / per_hit) / RTK_BLOCK * RTK_BLOCK;

@@ -42,7 +42,8 @@ rt_status rti_settings_take(rt_context *ctx, const char *what, const rti_snapsho
 typedef struct rti_frame {
     rti_settings set;
     const rtk_scene *scene;
-    rtk_lens lens;
+    rtk_lens lens;    /* at time 0 */
+    bool lens_varies; /* rays start on a lens, or the camera moves */
     uint32_t tile_columns, tile_count;
     uint32_t batch;      /* rays a worker traces at once, a multiple of RTK_BLOCK */
     uint32_t stack_rays; /* room for waiting rays: the bound proved in wavefront.h */
@@ -61,6 +62,9 @@ typedef struct rti_frame {
 
 /* The numbers that follow from settings and scene. Fails when sums could pass the film's range in any allowed unit. */
 rt_status rti_frame_plan(rt_context *ctx, const char *what, rti_frame *frame, const rtk_scene *scene);
+/* Time of all rays of a sample: it is derived, never stored in a ray's state. A RAW integrator's one sample takes the middle of
+ * the shutter's time, and of the lens. */
+float rti_frame_time(const rti_frame *frame, uint32_t pixel, uint32_t sample);
 /* Pixels of tile `index`, in the whole image. */
 rt_tile rti_frame_tile(const rti_frame *frame, uint32_t index);
 /* Shadow rays that one point sends to light `light`. */

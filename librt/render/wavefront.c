@@ -186,7 +186,8 @@ bool rti_worker_step(rti_worker *worker)
 {
     const rti_frame *f = worker->frame;
     uint32_t waiting = (worker->stack.count + RTK_BLOCK - 1) / RTK_BLOCK * RTK_BLOCK, camera = 0, first, taken;
-    uint32_t camera_flags = RTI_TRACE_COHERENT | (f->lens.type == RTK_CAMERA_PINHOLE ? RTI_TRACE_COMMON_ORIGIN : 0);
+    bool one_origin = f->lens.type == RTK_CAMERA_PINHOLE && !f->lens_varies;
+    uint32_t camera_flags = RTI_TRACE_COHERENT | (one_origin ? RTI_TRACE_COMMON_ORIGIN : 0);
     if (rti_cancelled(f->cancel))
         return false;
     if (waiting < f->batch)

@@ -88,14 +88,32 @@ static const char *check_lights(const rti_snapshot *s)
     return head->light_count > 0 && before != 1.0f ? "the probabilities of the lights do not add up" : NULL;
 }
 
-static const char *check_world(const rti_snapshot *s)
+static const char *check_camera(const rtk_camera *c)
 {
-    const rtk_world *w = s->world->data;
-    const rtk_camera *c = &w->camera;
-    if (c->type > RTK_CAMERA_ORTHOGRAPHIC || !rti_blob_finite(c->eye, 3, FLOAT_MOST) ||
+    if (c->type > RTK_CAMERA_ORTHOGRAPHIC || (c->flags & ~RTK_CAMERA_MOVING) || !rti_blob_finite(c->eye, 3, FLOAT_MOST) ||
         !rti_blob_finite(c->front, 3, FLOAT_MOST) || !rti_blob_finite(c->up, 3, FLOAT_MOST) ||
         !rti_blob_finite(c->right, 3, FLOAT_MOST) || !rti_blob_finite(&c->half_height, 1, FLOAT_MOST))
         return "the camera holds a number that is none";
+    if (!(c->aperture >= 0.0f && c->aperture <= RTI_COORD_MAX) || !(c->focus >= 0.0f && c->focus <= FLOAT_MOST) ||
+        c->blades > RTI_BLADES_MAX || c->blades == 1 || c->blades == 2 || !rti_blob_finite(&c->blade_turn, 1, 1.0e6f) ||
+        !(c->open >= 0.0f && c->open <= c->close && c->close <= 1.0f))
+        return "the camera has an impossible lens or shutter";
+    for (int i = 0; i < 2; i++) {
+        const rtk_camera_key *k = &c->key[i];
+        if (!rti_blob_finite(k->eye, 3, RTI_COORD_MAX) || !rti_blob_finite(k->aim, 3, 3.0f * RTI_COORD_MAX) ||
+            !rti_blob_finite(k->up, 3, RTI_COORD_MAX) || !rti_blob_finite(&k->half_height, 1, FLOAT_MOST) ||
+            !(k->aperture >= 0.0f && k->aperture <= RTI_COORD_MAX) || !(k->focus >= 0.0f && k->focus <= FLOAT_MOST))
+            return "the camera's way holds a number that is none";
+    }
+    return NULL;
+}
+
+static const char *check_world(const rti_snapshot *s)
+{
+    const rtk_world *w = s->world->data;
+    const char *what = check_camera(&w->camera);
+    if (what)
+        return what;
     if (!rti_blob_finite(w->ambient, 3, FLOAT_MOST) || !rti_blob_finite(w->background, 3, FLOAT_MOST) ||
         !rti_blob_finite(w->background_top, 3, FLOAT_MOST) || !texture_or_none(s, w->background_tex))
         return "the background holds a number or a texture that is none";

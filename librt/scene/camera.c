@@ -1,10 +1,9 @@
-/* Cameras, and the box of everything finite, which frames one. */
+/* Cameras. */
 #include "scene.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
-
-#include "../kernel/shapes.h"
 
 rt_camera_desc rt_camera_desc_default(void)
 {
@@ -15,6 +14,7 @@ rt_camera_desc rt_camera_desc_default(void)
     d.up = (rt_vec3){0.0f, 1.0f, 0.0f};
     d.fov_deg = 50.0f;
     d.height = 2.0f;
+    d.shutter_close = 1.0f;
     return d;
 }
 
@@ -50,11 +50,15 @@ static void put(float out[3], dvec a)
     out[2] = (float)a.z;
 }
 
+static float half_height(const rt_camera_desc *d)
+{
+    return d->type == RT_CAMERA_ORTHOGRAPHIC ? 0.5f * d->height : (float)tan(0.5 * d->fov_deg * 0.017453292519943295);
+}
+
 static rtk_camera camera_record(const rt_camera_desc *d)
 {
     rtk_camera c;
-    rti_fpenv env = rti_fp_enter();
-    dvec front = unit(minus(d->look_at, d->eye)), up = {d->up.x, d->up.y, d->up.z}, right;
+    dvec aim = minus(d->look_at, d->eye), front = unit(aim), up = {d->up.x, d->up.y, d->up.z}, right;
     memset(&c, 0, sizeof c);
     if (length(up) > 0.0)
         up = unit(up);
@@ -69,9 +73,58 @@ static rtk_camera camera_record(const rt_camera_desc *d)
     put(c.front, front);
     put(c.right, right);
     put(c.up, cross(right, front));
-    c.half_height = d->type == RT_CAMERA_ORTHOGRAPHIC ? 0.5f * d->height : (float)tan(0.5 * d->fov_deg * 0.017453292519943295);
-    rti_fp_leave(env);
+    c.half_height = half_height(d);
+    c.aperture = d->aperture;
+    c.focus = d->focus_distance > 0.0f ? d->focus_distance : (float)length(aim);
+    c.blades = d->blades;
+    c.blade_turn = (float)(d->blade_rotation_deg * 0.017453292519943295);
+    c.open = d->shutter_open;
+    c.close = d->shutter_close;
     return c;
+}
+
+/* One end of the way of a camera that has this record. An up that lies along the view gives way to the record's. */
+static rtk_camera_key key_of(const rt_camera_desc *d, const rtk_camera *c)
+{
+    dvec up = {d->up.x, d->up.y, d->up.z};
+    bool stands = length(cross(unit(minus(d->look_at, d->eye)), up)) > 1.0e-6 * length(up);
+    rtk_camera_key k;
+    memcpy(k.eye, c->eye, sizeof k.eye);
+    put(k.aim, minus(d->look_at, d->eye));
+    memcpy(k.up, stands ? &d->up.x : c->up, sizeof k.up);
+    k.half_height = c->half_height;
+    k.aperture = c->aperture;
+    k.focus = c->focus;
+    return k;
+}
+
+/* Puts the way from a to b into the record of a. */
+static void put_motion(rtk_camera *record, const rt_camera_desc *a, const rt_camera_desc *b)
+{
+    rtk_camera end = camera_record(b);
+    record->flags |= RTK_CAMERA_MOVING;
+    record->key[0] = key_of(a, record);
+    record->key[1] = key_of(b, &end);
+    if (!(a->focus_distance > 0.0f) && !(b->focus_distance > 0.0f))
+        record->key[0].focus = record->key[1].focus = 0.0f;
+}
+
+static rt_status check_lens(rt_context *ctx, const char *call, const rt_camera_desc *d)
+{
+    char a[32], b[32];
+    rt_status status;
+    if ((status = rti_check_range(ctx, call, "aperture", d->aperture, 0.0f, RTI_COORD_MAX)) != RT_OK ||
+        (status = rti_check_range(ctx, call, "focus_distance", d->focus_distance, 0.0f, RTI_COORD_MAX)) != RT_OK ||
+        (status = rti_check_range(ctx, call, "blade_rotation_deg", d->blade_rotation_deg, -1.0e6f, 1.0e6f)) != RT_OK)
+        return status;
+    if (d->blades != 0 && (d->blades < 3 || d->blades > RTI_BLADES_MAX))
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: blades is %u; it must be from 3 to %u, or 0 for a round lens", call,
+                        d->blades, RTI_BLADES_MAX);
+    if (!(d->shutter_open >= 0.0f && d->shutter_open <= d->shutter_close && d->shutter_close <= 1.0f))
+        return rti_fail(ctx, RT_ERROR_ARGUMENT,
+                        "%s: the shutter opens at %s and closes at %s; they must be times from 0 to 1, in this order", call,
+                        rti_num(a, d->shutter_open), rti_num(b, d->shutter_close));
+    return RT_OK;
 }
 
 static rt_status check(rt_context *ctx, const char *call, const rt_camera_desc *d)
@@ -88,6 +141,8 @@ static rt_status check(rt_context *ctx, const char *call, const rt_camera_desc *
     if (d->eye.x == d->look_at.x && d->eye.y == d->look_at.y && d->eye.z == d->look_at.z)
         return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: eye and look_at are the same point; the camera needs somewhere to look",
                         call);
+    if ((status = check_lens(ctx, call, d)) != RT_OK)
+        return status;
     if (d->type == RT_CAMERA_ORTHOGRAPHIC)
         return rti_check_positive(ctx, call, "height", d->height);
     if (!(d->fov_deg > 0.0f && d->fov_deg < 180.0f))
@@ -100,6 +155,7 @@ rt_status rt_scene_set_camera(rt_scene *scene, const rt_camera_desc *desc)
 {
     static const char call[] = "rt_scene_set_camera";
     rt_camera_desc d = rt_camera_desc_default();
+    rti_fpenv env;
     rt_status status = rti_scene_editable(scene, call);
     if (status == RT_OK)
         status = rti_desc_take(scene->ctx, call, desc, &d, sizeof d);
@@ -107,161 +163,128 @@ rt_status rt_scene_set_camera(rt_scene *scene, const rt_camera_desc *desc)
         status = check(scene->ctx, call, &d);
     if (status != RT_OK)
         return status;
-    scene->camera = d;
+    env = rti_fp_enter();
+    scene->camera[0] = scene->camera[1] = d;
     scene->world.camera = camera_record(&d);
+    rti_fp_leave(env);
     return RT_OK;
 }
 
-/* The description of a loaded scene's camera, from its record: look_at is one unit ahead. */
-static rt_camera_desc describe(const rtk_camera *c)
+/* Between its ends a camera might come to look nowhere, or along its up: neither has a picture. */
+static const char *bad_way(const rtk_camera *c)
+{
+    const rtk_camera_key *a = &c->key[0], *b = &c->key[1];
+    double wide = fmax(length((dvec){a->up[0], a->up[1], a->up[2]}), length((dvec){b->up[0], b->up[1], b->up[2]}));
+    for (int i = 0; i <= 256; i++) {
+        double t = i / 256.0, large = 0.0;
+        dvec aim = {a->aim[0] + t * ((double)b->aim[0] - a->aim[0]), a->aim[1] + t * ((double)b->aim[1] - a->aim[1]),
+                    a->aim[2] + t * ((double)b->aim[2] - a->aim[2])};
+        dvec up = {a->up[0] + t * ((double)b->up[0] - a->up[0]), a->up[1] + t * ((double)b->up[1] - a->up[1]),
+                   a->up[2] + t * ((double)b->up[2] - a->up[2])};
+        for (int k = 0; k < 3; k++)
+            large = fmax(large, fmax(fabs((double)a->aim[k]), fabs((double)b->aim[k])));
+        if (!(length(aim) > 0.01 * large))
+            return "eye and look_at meet";
+        if (!(length(cross(unit(aim), up)) > 0.01 * wide))
+            return "it looks along its up";
+    }
+    return NULL;
+}
+
+rt_status rt_scene_set_camera_motion(rt_scene *scene, const rt_camera_desc *desc)
+{
+    static const char call[] = "rt_scene_set_camera_motion";
+    rt_camera_desc d = rt_camera_desc_default();
+    rtk_camera record;
+    const char *fault;
+    rti_fpenv env;
+    rt_status status = rti_scene_editable(scene, call);
+    if (status == RT_OK && !desc)
+        return rt_scene_set_camera(scene, &scene->camera[0]);
+    if (status == RT_OK)
+        status = rti_desc_take(scene->ctx, call, desc, &d, sizeof d);
+    if (status != RT_OK)
+        return status;
+    d.blades = scene->camera[0].blades;
+    d.blade_rotation_deg = scene->camera[0].blade_rotation_deg;
+    d.shutter_open = scene->camera[0].shutter_open;
+    d.shutter_close = scene->camera[0].shutter_close;
+    if ((status = check(scene->ctx, call, &d)) != RT_OK)
+        return status;
+    if (d.type != scene->camera[0].type)
+        return rti_fail(scene->ctx, RT_ERROR_ARGUMENT,
+                        "%s: type is not the camera's; a pinhole camera does not become an orthographic one", call);
+    env = rti_fp_enter();
+    record = camera_record(&scene->camera[0]);
+    put_motion(&record, &scene->camera[0], &d);
+    fault = bad_way(&record);
+    rti_fp_leave(env);
+    if (fault)
+        return rti_fail(scene->ctx, RT_ERROR_ARGUMENT,
+                        "%s: on the camera's way there is a time when %s; move it less, or give up and look_at that stay apart",
+                        call, fault);
+    scene->camera[1] = d;
+    scene->world.camera = record;
+    return RT_OK;
+}
+
+/* The description of a loaded scene's camera at one end of its way, from its record: look_at is one unit ahead, or where it is
+ * for a camera that moves. */
+static rt_camera_desc describe(const rtk_camera *c, int end)
 {
     rt_camera_desc d = rt_camera_desc_default();
+    const rtk_camera_key *k = &c->key[end];
+    float half = c->half_height;
     d.type = c->type == RTK_CAMERA_ORTHOGRAPHIC ? RT_CAMERA_ORTHOGRAPHIC : RT_CAMERA_PINHOLE;
     d.eye = (rt_vec3){c->eye[0], c->eye[1], c->eye[2]};
     d.look_at = (rt_vec3){c->eye[0] + c->front[0], c->eye[1] + c->front[1], c->eye[2] + c->front[2]};
     d.up = (rt_vec3){c->up[0], c->up[1], c->up[2]};
+    d.aperture = c->aperture;
+    d.focus_distance = c->focus;
+    d.blades = c->blades;
+    d.blade_rotation_deg = (float)(c->blade_turn / 0.017453292519943295);
+    d.shutter_open = c->open;
+    d.shutter_close = c->close;
+    if (c->flags & RTK_CAMERA_MOVING) {
+        d.eye = (rt_vec3){k->eye[0], k->eye[1], k->eye[2]};
+        d.look_at = (rt_vec3){k->eye[0] + k->aim[0], k->eye[1] + k->aim[1], k->eye[2] + k->aim[2]};
+        d.up = (rt_vec3){k->up[0], k->up[1], k->up[2]};
+        d.aperture = k->aperture;
+        d.focus_distance = k->focus;
+        half = k->half_height;
+    }
     if (c->type == RTK_CAMERA_ORTHOGRAPHIC)
-        d.height = 2.0f * c->half_height;
+        d.height = 2.0f * half;
     else
-        d.fov_deg = (float)(2.0 * atan((double)c->half_height) / 0.017453292519943295);
+        d.fov_deg = (float)(2.0 * atan((double)half) / 0.017453292519943295);
     return d;
+}
+
+static rt_status get_camera(const rt_scene *scene, const char *call, rt_camera_desc *desc, int end)
+{
+    rti_snapshot *snapshot;
+    rt_camera_desc d = scene->camera[end];
+    uint32_t size = (uint32_t)offsetof(rt_camera_desc, aperture);
+    if (!desc)
+        return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: desc is NULL; give the place for the camera", call);
+    if (scene->loaded) {
+        snapshot = rti_scene_snapshot(scene);
+        d = describe(&rti_snapshot_view(snapshot)->world->camera, end);
+        rti_snapshot_release(snapshot);
+    }
+    if (desc->struct_size == sizeof d)
+        size = sizeof d;
+    d.struct_size = size;
+    memcpy(desc, &d, size);
+    return RT_OK;
 }
 
 rt_status rt_scene_get_camera(const rt_scene *scene, rt_camera_desc *desc)
 {
-    rti_snapshot *snapshot;
-    if (!desc)
-        return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "rt_scene_get_camera: desc is NULL; give the place for the camera");
-    *desc = scene->camera;
-    if (scene->loaded) {
-        snapshot = rti_scene_snapshot(scene);
-        *desc = describe(&rti_snapshot_view(snapshot)->world->camera);
-        rti_snapshot_release(snapshot);
-    }
-    return RT_OK;
+    return get_camera(scene, "rt_scene_get_camera", desc, 0);
 }
 
-/* ---- bounds ---- */
-
-static void include(float lo[3], float hi[3], const float *p)
+rt_status rt_scene_get_camera_motion(const rt_scene *scene, rt_camera_desc *desc)
 {
-    for (int k = 0; k < 3; k++) {
-        lo[k] = fminf(lo[k], p[k]);
-        hi[k] = fmaxf(hi[k], p[k]);
-    }
-}
-
-static void shape_box(const rtk_shape *shape, float lo[3], float hi[3])
-{
-    rtk_vec3 a, b;
-    rtk_shape_bounds(shape, &a, &b);
-    lo[0] = a.x;
-    lo[1] = a.y;
-    lo[2] = a.z;
-    hi[0] = b.x;
-    hi[1] = b.y;
-    hi[2] = b.z;
-}
-
-static void own_bounds(const rt_scene *scene, float lo[3], float hi[3])
-{
-    for (size_t i = 0; i < scene->geometries.count; i++) {
-        const rti_geometry *g = RTI_AT(scene->geometries, rti_geometry, i);
-        for (uint32_t k = 0; g->type == RTK_GEOM_MESH && k < 3 * g->count; k++)
-            include(lo, hi, g->mesh->positions + 3 * (size_t)g->mesh->indices[k]);
-        for (uint32_t k = 0; g->type == RTK_GEOM_SHAPES && k < g->count; k++) {
-            float a[3], b[3];
-            shape_box(RTI_AT(scene->shapes, rtk_shape, g->first + k), a, b);
-            include(lo, hi, a);
-            include(lo, hi, b);
-        }
-    }
-}
-
-static void loaded_bounds(const rt_scene *scene, float lo[3], float hi[3])
-{
-    rti_snapshot *snapshot = rti_scene_snapshot(scene);
-    rtk_vec3 a, b;
-    rti_snapshot_bounds(snapshot, &a, &b);
-    rti_snapshot_release(snapshot);
-    if (a.x <= b.x) {
-        include(lo, hi, (float[3]){a.x, a.y, a.z});
-        include(lo, hi, (float[3]){b.x, b.y, b.z});
-    }
-}
-
-static void scene_bounds(const rt_scene *scene, float lo[3], float hi[3])
-{
-    for (int k = 0; k < 3; k++) {
-        lo[k] = INFINITY;
-        hi[k] = -INFINITY;
-    }
-    if (scene->loaded)
-        loaded_bounds(scene, lo, hi);
-    else
-        own_bounds(scene, lo, hi);
-    for (size_t i = 0; i < scene->instances.count; i++) {
-        const rti_inst *inst = RTI_AT(scene->instances, rti_inst, i);
-        float clo[3] = {INFINITY, INFINITY, INFINITY}, chi[3] = {-INFINITY, -INFINITY, -INFINITY}, wlo[3], whi[3];
-        if (!inst->child)
-            continue;
-        if (inst->child->loaded)
-            loaded_bounds(inst->child, clo, chi);
-        else
-            own_bounds(inst->child, clo, chi);
-        if (!(clo[0] <= chi[0]))
-            continue;
-        rti_xfm_bounds(&inst->to_world, clo, chi, wlo, whi);
-        include(lo, hi, wlo);
-        include(lo, hi, whi);
-    }
-}
-
-rt_status rt_scene_bounds(const rt_scene *scene, rt_vec3 *low, rt_vec3 *high)
-{
-    float lo[3], hi[3];
-    if (!low || !high)
-        return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "rt_scene_bounds: low or high is NULL; give places for both corners");
-    scene_bounds(scene, lo, hi);
-    *low = (rt_vec3){lo[0], lo[1], lo[2]};
-    *high = (rt_vec3){hi[0], hi[1], hi[2]};
-    return RT_OK;
-}
-
-/* The box's ball fits into the narrower of the two angles of view. A box of no size gets a distance that its coordinates can
- * tell. */
-static void frame(rt_camera_desc *d, const float lo[3], const float hi[3], float aspect)
-{
-    rti_fpenv env = rti_fp_enter();
-    double middle[3], radius, least = 1.0e-30, tangent = tan(0.5 * d->fov_deg * 0.017453292519943295) * fmin(1.0, aspect),
-                              distance;
-    dvec ahead = unit((dvec){0.45, 0.3, 1.0});
-    for (int k = 0; k < 3; k++) {
-        middle[k] = 0.5 * ((double)lo[k] + hi[k]);
-        least = fmax(least, 1.0e-5 * fabs(middle[k]));
-    }
-    radius = 0.5 * length((dvec){(double)hi[0] - lo[0], (double)hi[1] - lo[1], (double)hi[2] - lo[2]});
-    distance = fmax(radius, least) * sqrt(1.0 + tangent * tangent) / tangent * 1.02;
-    d->look_at = (rt_vec3){(float)middle[0], (float)middle[1], (float)middle[2]};
-    d->eye = (rt_vec3){(float)(middle[0] + distance * ahead.x), (float)(middle[1] + distance * ahead.y),
-                       (float)(middle[2] + distance * ahead.z)};
-    rti_fp_leave(env);
-}
-
-rt_status rt_scene_frame_camera(rt_scene *scene, float aspect)
-{
-    static const char call[] = "rt_scene_frame_camera";
-    rt_camera_desc d = rt_camera_desc_default();
-    float lo[3], hi[3];
-    char text[32];
-    rt_status status = rti_scene_editable(scene, call);
-    if (status != RT_OK)
-        return status;
-    if (!(aspect >= 1.0e-3f && aspect <= 1.0e3f))
-        return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: aspect is %s; it must be from 0.001 to 1000", call,
-                        rti_num(text, aspect));
-    scene_bounds(scene, lo, hi);
-    if (lo[0] <= hi[0])
-        frame(&d, lo, hi, aspect);
-    return rt_scene_set_camera(scene, &d);
+    return get_camera(scene, "rt_scene_get_camera_motion", desc, 1);
 }

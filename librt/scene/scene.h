@@ -9,8 +9,9 @@
 #include "../accel/accel.h"
 
 /* Coordinates may not be larger: the products of the leaf tests then stay inside the floats' range. */
-#define RTI_COORD_MAX 1.0e12f
-#define RTI_MAX_PRIMS (1u << 30)
+#define RTI_COORD_MAX  1.0e12f
+#define RTI_MAX_PRIMS  (1u << 30)
+#define RTI_BLADES_MAX 64u
 
 /* Arrays that a mesh (or a geometry of many spheres) owns, all in one block. Absent ones are NULL. */
 typedef struct rti_mesh {
@@ -80,7 +81,7 @@ struct rt_scene {
     rti_array lights;                /* rti_light */
     uint64_t tri_count, shape_count; /* alive */
     rtk_world world;
-    rt_camera_desc camera;
+    rt_camera_desc camera[2];    /* at time 0 and 1 */
     rti_build_settings settings; /* of the last commit, or defaults */
     uint32_t tree_kinds;         /* 1 << RTK_TREE_* wanted by the last commit */
     bool auto_builder;

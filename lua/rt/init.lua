@@ -5,6 +5,7 @@ local run = require "rt.run"
 local vec = require "rt.vec"
 local transform = require "rt.transform"
 local material = require "rt.material"
+local camera = require "rt.camera"
 local light = require "rt.light"
 local shapes = require "rt.shapes"
 local mesh = require "rt.mesh"
@@ -27,7 +28,7 @@ local version, build = core.version()
 local rt = {
   version = version, build = build,
   -- scenes
-  scene = scene.new, load_snapshot = scene.load_snapshot, render = scene.render, camera = light.camera,
+  scene = scene.new, load_snapshot = scene.load_snapshot, render = scene.render, camera = camera.new,
   point_light = light.point, sphere_light = light.sphere, directional_light = light.directional,
   classic = material.classic, emissive = material.emissive, texture = material.texture,
   sphere = shapes.sphere, spheres = shapes.spheres, plane = shapes.plane, box = shapes.box, cylinder = shapes.cylinder, cone = shapes.cone,

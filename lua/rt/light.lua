@@ -1,4 +1,4 @@
--- Lights and cameras.
+-- Lights.
 
 local check = require "rt.check"
 local class = require "rt.class"
@@ -27,23 +27,5 @@ light.sphere = new("sphere_light", "sphere", "rt.sphere_light { at = {0, 5, 0}, 
 light.directional = new("directional_light", "directional", "rt.directional_light { direction = {0, -1, 0} }", { "direction" }, {
   direction = check.direction,
 })
-
-light.camera = class.new {
-  name = "camera", kind = "camera", example = "rt.camera { eye = {0, 1, 5}, look_at = {0, 0, 0} }",
-  fields = {
-    eye = check.vec3, look_at = check.vec3, up = check.direction, fov = check.number { above = 0, below = 180 },
-    projection = check.choice { "pinhole", "orthographic" }, height = check.number { above = 0 },
-  },
-  required = { "eye", "look_at" },
-  finish = function(o, _, who)
-    if o.eye == o.look_at then
-      check.fail("%s: eye and look_at are the same point", who)
-    elseif o.height and o.projection ~= "orthographic" then
-      check.fail("%s: height belongs to projection = 'orthographic'; a pinhole camera has fov", who)
-    elseif o.fov and o.projection == "orthographic" then
-      check.fail("%s: fov belongs to a pinhole camera; an orthographic one has height", who)
-    end
-  end,
-}
 
 return light

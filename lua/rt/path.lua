@@ -2,7 +2,7 @@
 
 local core = require "rt.core"
 local check = require "rt.check"
-local light = require "rt.light"
+local new_camera = require("rt.camera").new
 local quat = require "rt.quat"
 local transform = require "rt.transform"
 local vec = require "rt.vec"
@@ -212,7 +212,7 @@ local function camera(self, t, keys, who)
       o.look_at = target(t)
     end
   end
-  return light.camera(o)
+  return new_camera(o)
 end
 
 function methods.camera(self, t, keys)

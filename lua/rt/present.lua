@@ -1,5 +1,6 @@
 -- A mesh file as a picture: the mesh on a floor under a lamp, with a camera that frames it.
 
+local camera = require "rt.camera"
 local light = require "rt.light"
 local material = require "rt.material"
 local mesh = require "rt.mesh"
@@ -33,7 +34,7 @@ function present.load(path, name)
   if not low then
     error(name .. ": the file has no triangle to show", 0)
   end
-  shown:set_camera(light.camera(scene.framing(shown))) -- before the floor, which the camera need not hold
+  shown:set_camera(camera.new(scene.framing(shown))) -- before the floor, which the camera need not hold
   shown:add(surroundings(low, high))
   return shown
 end

@@ -194,7 +194,7 @@ end
 -- scene:set_camera(rt.camera { ... }): the camera of renders from now on.
 function methods.set_camera(self, camera)
   fields.camera(camera, "scene:set_camera", "the argument")
-  core.set_camera(self.handle, camera)
+  core.set_camera(self.handle, camera.start, camera.finish)
   self.camera, self.dirty = camera, true
   return self
 end

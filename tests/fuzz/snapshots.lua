@@ -7,6 +7,7 @@ local function shapes(accel)
   local child = rt.group { rt.sphere { center = {0, 0, 0}, radius = 0.5 }, rt.box { low = {0.6, 0, 0}, high = {1, 1, 1} } }
   return rt.scene {
     settings = { accel = accel },
+    camera = rt.camera { eye = {5, 1, 12}, look_at = {5, 0, 0}, aperture = 0.1, blades = 5, motion = { eye = {6, 1, 12} } },
     rt.sphere { center = {1, 0, 0}, radius = 1 },
     rt.cylinder { from = {3, 0, 0}, to = {3, 1, 0}, radius = 0.5 },
     rt.cone { from = {5, 0, 0}, to = {5, 1, 0}, radius = 0.5 },

@@ -224,6 +224,28 @@ static rt_status fill_parts(rt_scene *scene, rt_scene *child)
     return rt_scene_commit(scene, NULL);
 }
 
+/* The shapes again, through a lens of seven blades that moves. */
+static rt_status fill_lens(rt_scene *scene, rt_scene *child)
+{
+    rt_camera_desc camera = rt_camera_desc_default();
+    TRY(fill_shapes(scene, child));
+    camera.eye = (rt_vec3){0.5f, 1.6f, 8};
+    camera.fov_deg = 45;
+    camera.aperture = 0.25f;
+    camera.blades = 7;
+    camera.blade_rotation_deg = 10;
+    camera.shutter_open = 0.125f;
+    TRY(rt_scene_set_camera(scene, &camera));
+    camera.eye = (rt_vec3){0.1f, 1.9f, 7.5f};
+    camera.look_at = (rt_vec3){0, 0.3f, 0.5f};
+    camera.up = (rt_vec3){0.1f, 1, 0};
+    camera.fov_deg = 40;
+    camera.aperture = 0.1f;
+    TRY(rt_scene_set_camera_motion(scene, &camera));
+    return rt_scene_commit(scene, NULL);
+}
+
 const hash_scene hash_scenes[] = {
-    {"shapes", fill_shapes}, {"soup", fill_soup}, {"instances", fill_instances}, {"parts", fill_parts}};
+    {"shapes", fill_shapes}, {"soup", fill_soup}, {"instances", fill_instances}, {"parts", fill_parts},
+    {"lens", fill_lens}};
 const unsigned hash_scene_count = sizeof hash_scenes / sizeof hash_scenes[0];

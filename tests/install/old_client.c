@@ -16,6 +16,7 @@ static int failures;
 enum {
     OLD_CONTEXT = offsetof(rt_context_desc, parallel),
     OLD_PLANE = offsetof(rt_plane_desc, texture_size),
+    OLD_CAMERA = offsetof(rt_camera_desc, aperture),
     OLD_LIGHT = offsetof(rt_light_desc, falloff),
     OLD_COMMIT = offsetof(rt_commit_desc, builder),
     OLD_RENDER = offsetof(rt_render_desc, seed)
@@ -55,6 +56,7 @@ static void earlier_client(void)
     rt_context_desc cd = rt_context_desc_default();
     rt_plane_desc plane = rt_plane_desc_default();
     rt_light_desc light = rt_light_desc_default();
+    rt_camera_desc camera = rt_camera_desc_default();
     rt_commit_desc commit = rt_commit_desc_default();
     cd.workers = 1;
     plane.normal = (rt_vec3){0, 1, 0};
@@ -65,6 +67,8 @@ static void earlier_client(void)
     CHECK(rt_scene_create(context, &scene) == RT_OK, "rt_scene_create failed");
     CHECK(rt_scene_add_plane(scene, shortened(&plane, OLD_PLANE), NULL) == RT_OK, "an earlier plane was refused");
     CHECK(rt_scene_add_light(scene, shortened(&light, OLD_LIGHT), NULL) == RT_OK, "an earlier light was refused");
+    CHECK(rt_scene_set_camera(scene, shortened(&camera, OLD_CAMERA)) == RT_OK, "an earlier camera was refused");
+    CHECK(rt_scene_get_camera(scene, (rt_camera_desc *)(void *)(fence - OLD_CAMERA)) == RT_OK, "an earlier camera was not given");
     CHECK(rt_scene_commit(scene, shortened(&commit, OLD_COMMIT)) == RT_OK, "an earlier commit was refused");
     CHECK(render_with(scene, OLD_RENDER, old_hash) == RT_OK, "an earlier render was refused");
     CHECK(render_with(scene, sizeof(rt_render_desc), new_hash) == RT_OK, "today's render was refused");

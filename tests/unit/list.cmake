@@ -1,6 +1,7 @@
 # One line a unit test, sorted.
 librt_unit_test(acne)
 librt_unit_test(base THREADS)
+librt_unit_test(camera)
 librt_unit_test(draw)
 librt_unit_test(explain)
 librt_unit_test(film)

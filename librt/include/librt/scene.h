@@ -262,10 +262,23 @@ typedef struct rt_camera_desc {
     rt_vec3 eye, look_at, up; /**< eye != look_at; an up along the view is replaced */
     float fov_deg;            /**< vertical, 0 < fov < 180 */
     float height;             /**< ORTHOGRAPHIC: height of the window in scene units, > 0 */
+    float aperture;           /**< radius of a thin lens in scene units, 0 ... 1e12; 0: everything is sharp. Focal length f, f-number N: f / (2 N) */
+    float focus_distance;     /**< from eye along the view to the plane that is sharp, in scene units; 0: where look_at is */
+    uint32_t blades;          /**< the lens is a regular polygon of 3 ... 64 corners in the circle of that radius; 0: a disc */
+    float blade_rotation_deg; /**< counter-clockwise; at 0 a corner points up */
+    float shutter_open, shutter_close; /**< times that the image covers of what moves, 0 <= open <= close <= 1; default 0 and 1 */
 } rt_camera_desc;
 RT_API rt_camera_desc rt_camera_desc_default(void);
+/** The camera at every time: a motion it had ends. Errors ARGUMENT (names the field and the value). */
 RT_API rt_status rt_scene_set_camera(rt_scene *scene, const rt_camera_desc *desc);
+/** The camera moves: at time 0 it is as rt_scene_set_camera said, at time 1 as desc says; between them eye, look_at, up, the lens and the window
+ *  (the tangent of half of fov_deg, or height) go in straight lines, so what look_at follows stays in the middle. desc's type is the camera's; its
+ *  blades and shutter are not read. NULL: it stands still again. Errors ARGUMENT, also for a way on which the camera would look at itself or along up. */
+RT_API rt_status rt_scene_set_camera_motion(rt_scene *scene, const rt_camera_desc *desc);
+/** The camera at time 0, and at time 1. Fields from `aperture` on are written when desc's struct_size is today's (begin with rt_camera_desc_default);
+ *  else struct_size comes back as that of the shorter descriptor that was filled. Of a loaded scene look_at lies in the right direction. Errors ARGUMENT. */
 RT_API rt_status rt_scene_get_camera(const rt_scene *scene, rt_camera_desc *desc);
+RT_API rt_status rt_scene_get_camera_motion(const rt_scene *scene, rt_camera_desc *desc);
 /** Puts a pinhole camera so that everything finite is seen from ahead, a little above and to the right, at the given aspect (width / height). */
 RT_API rt_status rt_scene_frame_camera(rt_scene *scene, float aspect);
 /** Box of everything finite in the description. An empty scene gives low > high. Errors ARGUMENT. */
