@@ -115,6 +115,7 @@ void rtl_open_query(lua_State *L);
 void rtl_open_image(lua_State *L);
 void rtl_open_draw(lua_State *L);
 void rtl_open_job(lua_State *L);
+void rtl_open_look(lua_State *L);
 void rtl_open_render_file(lua_State *L);
 void rtl_open_maths(lua_State *L);
 void rtl_open_folder(lua_State *L);

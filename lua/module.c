@@ -92,6 +92,7 @@ static void open_core(lua_State *L)
     rtl_open_image(L);
     rtl_open_draw(L);
     rtl_open_job(L);
+    rtl_open_look(L);
     rtl_open_render_file(L);
     rtl_open_maths(L);
     rtl_open_folder(L);

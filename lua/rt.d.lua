@@ -145,6 +145,114 @@ function Scene:effective(options) end
 ---@return rt.scene
 function Scene:commit() end
 
+---@class rt.tree_query
+---@field tracer? string the tracer whose tree is asked; "auto"
+---@field group? integer|"top"|"all" 0: the scene's own geometry (default); 1 ...: the instanced scenes; "top": the top level
+---@field part? integer which tree of a group that holds things of very different scale; 0
+---@field cut? { point: rt.vec3, normal: rt.vec3 } only cells that this plane meets
+---@field max_depth? integer cells at this depth are given whole
+---@field min_size? number cells whose longest edge is below it are given whole
+
+---@class rt.tree_cell
+---@field low number[]
+---@field high number[]
+---@field depth integer levels below the root
+---@field leaves integer 1: the cell is a leaf
+---@field empty_leaves integer
+---@field deepest integer depth of its deepest leaf
+---@field largest integer references of its fullest leaf
+---@field references integer
+---@field corners? number[][] with a cut: the polygon in which the plane meets it
+
+---The cells of a tree in its own order.
+---@param query? rt.tree_query
+---@return rt.tree_cell[]
+function Scene:tree_cells(query) end
+
+---Leaves counted by depth and by references.
+---@param query? rt.tree_query tracer and group count
+---@return { depths: table[], sizes: table[] } each a list of { low, high, leaves, references }
+function Scene:tree_leaves(query) end
+
+---The box of a tree and its builder's model of costs; nil where no tree stands.
+---@param query? rt.tree_query tracer and group count
+---@return { low: number[], high: number[], sah_cost: number, cost_traverse: number, cost_intersect: number }?
+function Scene:tree_shape(query) end
+
+---The outlines of primitives in a plane. group "top": all instances, placed.
+---@param query rt.tree_query cut and group count
+---@return rt.buffer lines f32, six numbers a piece: from, to
+---@return rt.buffer ids u32, three a piece: primitive, geometry, instance (0xffffffff: none)
+function Scene:cut(query) end
+
+---What each ray costs: inner nodes and leaves visited, primitives tested.
+---@param rays rt.buffer f32, eight numbers a ray: org, tmin, dir, tmax
+---@param options? { tracer: string?, group: (integer|"all")?, blind: boolean? } group: that tree alone; blind: the rays see nothing and run through all
+---@return { nodes: rt.buffer, leaves: rt.buffer, tests: rt.buffer }
+function Scene:ray_costs(rays, options) end
+
+---@class rt.explained_hit
+---@field t number
+---@field object? rt.shape
+---@field name? string the object's
+---@field instance_name? string
+---@field inst_id? integer
+---@field geom_id integer
+---@field prim_id integer
+---@field position number[]
+---@field ng number[] geometric normal
+---@field ns number[] shading normal
+---@field texture_u number
+---@field texture_v number
+---@field material_id integer
+---@field material? rt.material
+---@field material_name? string
+---@field color number[]
+
+---@class rt.explained_ray
+---@field kind "camera"|"shadow"|"reflect"|"refract"|"diffuse"|"ao"
+---@field index integer in the list of rays
+---@field parent? integer index of the ray that it comes from
+---@field children? rt.explained_ray[]
+---@field sample integer
+---@field depth integer
+---@field org number[]
+---@field dir number[]
+---@field tmax number
+---@field throughput number[] what its light is multiplied by; of a shadow ray the light itself, if nothing were in the way
+---@field hit? rt.explained_hit
+---@field light? string name of a shadow ray's light
+---@field light_id? integer
+---@field arrived? boolean shadow and occlusion rays
+---@field crossed? integer transparent surfaces that a shadow ray went through
+---@field brought integer[] to the film, in its units
+---@field unshadowed integer[] with shadows off: what lights brought
+---@field nodes integer
+---@field leaves integer
+---@field tests integer
+
+---@class rt.explained_pixel
+---@field x integer
+---@field y integer
+---@field width integer
+---@field height integer
+---@field integrator string
+---@field samples integer
+---@field unit number of the film, a power of two; 0: the integrator shows values
+---@field sum integer[] exactly the sum of all that the rays of all samples brought
+---@field value number[] the pixel as scene:render gives it
+---@field clamped integer
+---@field dropped integer
+---@field rays rt.explained_ray[] parents before children
+---@field roots rt.explained_ray[] the camera rays
+
+---How one pixel came about.
+---@param x integer from the left, from 0
+---@param y integer from the top
+---@param options? rt.settings also: sample, the only one to be told
+---@return rt.explained_pixel
+function Scene:explain(x, y, options) end
+
 ---@class rt.ray
 ---@field org rt.vec3
 ---@field dir rt.vec3 of any length

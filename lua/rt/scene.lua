@@ -7,6 +7,7 @@ local image = require "rt.image"
 local items = require "rt.items"
 local job = require "rt.job"
 local log = require "rt.log"
+local look = require "rt.look"
 local run = require "rt.run"
 local settings = require "rt.settings"
 local material = require "rt.material"
@@ -25,8 +26,8 @@ end
 
 local function empty(handle)
   return setmetatable({
-    handle = handle, dirty = true, ids = {}, objects = {}, instances = {}, lights = {}, children = {}, keeps = {}, settings = {},
-    run = run.current(),
+    handle = handle, dirty = true, ids = {}, objects = {}, instances = {}, lights = {}, children = {}, child_of_instance = {}, materials = {},
+    keeps = {}, settings = {}, run = run.current(),
   }, meta)
 end
 
@@ -59,7 +60,7 @@ local function material_id(self, description)
   local id = self.ids[description]
   if not id then
     id = core.material(self.handle, description, texture_id(self, description.texture), texture_id(self, description.alpha_texture))
-    self.ids[description] = id
+    self.ids[description], self.materials[id] = id, description
   end
   return id
 end
@@ -114,7 +115,7 @@ end
 function adders.instance(self, o)
   local child = child_of(o)
   local id = core.add_instance(self.handle, o, o.material and material_id(self, o.material), child.handle)
-  self.instances[id] = o
+  self.instances[id], self.child_of_instance[id] = o, child
   if not self.keeps[child] then
     self.keeps[child] = true
     self.children[#self.children + 1] = child
@@ -376,6 +377,23 @@ function methods.render_to_file(self, path, t)
   self:commit(values)
   return core.render_to_file(self.handle, values, path, rest.save or {}, rest.band_memory or 0, rest.progress)
 end
+
+look.install(methods, function(self, given)
+  local values = self:effective(given)
+  frame(self, values.width, values.height)
+  commit(self, values)
+  return values
+end, function(t, who, own)
+  local given, rest = {}, {}
+  for key, value in next, check.plain_table(t or {}, who, "{ samples = 4 }") do
+    if own[key] then
+      rest[key] = own[key](value, who, key)
+    else
+      given[key] = value
+    end
+  end
+  return settings.check(given, who), rest
+end)
 
 -- Bytes that a render would take beside the scene.
 function methods.memory(self, t)

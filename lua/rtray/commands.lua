@@ -60,6 +60,34 @@ unless told otherwise).]],
     examples = { "rtray info", "rtray info sponza.ply --tracers kdtree --builder binned" },
   },
   {
+    name = "tree", summary = "show the trees of a scene: statistics, costs of rays, drawn cells", module = "rtray.tree",
+    arguments = { SCENE },
+    options = options.take("folder", "cut", "color", "group", "tracers_list", "builder", "size", "define", "set", "seed", "json"),
+    text = [[
+Prints the statistics of every tree as info does, the leaves of one group's trees by depth and by references, what camera rays cost in
+each structure (inner nodes and leaves visited, primitives tested: mean, what 95 of 100 rays stay below, max), and the cost that the
+surface area heuristic predicts beside the one that random lines through the tree's box have: measured without an end, as the heuristic
+assumes, and to the first hit.
+
+-o DIR draws them: cells-TREE.svg, the cells where a plane meets them with the outlines of what stands in it; leaves.svg, the
+histograms; cost-STRUCTURE.png and .svg, the cost of each pixel's camera ray, all on one scale. Cells too small to be seen are drawn
+whole, and the picture says how many. Without --cut the plane goes through the middle, across the shortest side of the tree's box.]],
+    examples = {
+      "rtray tree bunny.ply", "rtray tree sponza.ply -o trees --cut y=30% --tracers kdtree,octree", "rtray tree x.lua --cut 1,0,1@0,2,0 -o trees",
+    },
+  },
+  {
+    name = "pixel", summary = "explain one pixel: its rays, what they hit and what each brought", module = "rtray.pixel",
+    arguments = { SCENE, { name = "X,Y", type = "text" } },
+    options = options.take("sample", "all_samples", "size", "samples", "define", "set", "integrator", "tracer", "builder", "max_depth",
+      "shadow_samples", "opaque_shadows", "no_shadows", "filter", "seed", "json"),
+    text = [[
+X,Y counts from the top left, from 0. Each sample is a tree of rays: the camera ray, and from what it hits mirrored, refracted and
+scattered rays and shadow rays, with hit, names, position, normal, texture coordinates and material. The lines with + are what a ray
+brought; in whole film units (--json) their sum is the pixel's, and the pixel the one that render gives, to the last bit.]],
+    examples = { "rtray pixel scenes/paper.lua 500,350", "rtray pixel scenes/paper.lua 500,350 --sample 2 --json" },
+  },
+  {
     name = "params", summary = "list the parameters that a script declares", module = "rtray.params",
     arguments = { SCENE },
     options = options.take("define", "set", "seed", "json"),

@@ -3,6 +3,7 @@
 local json = require "rtray.json"
 local output = require "rtray.output"
 local source = require "rtray.source"
+local trees = require "rtray.trees"
 
 local info = {}
 
@@ -60,31 +61,6 @@ local BYTES = {
   { "total_bytes", "scene" },
 }
 
-local function ratio(a, b)
-  return b > 0 and a / b or 0
-end
-
--- The columns of paper 002's table 2, and SAH cost and bytes. A tree a row.
-local HEAD = {
-  "tree", "group", "primitives", "references", "growth", "build", "depth", "nodes", "leaves", "empty", "empty%", "largest", "SAH", "bytes",
-}
-
-local function tree_row(t)
-  local group = t.part > 0 and ("%s.%d"):format(t.group, t.part) or tostring(t.group)
-  return {
-    t.name, group, output.count(t.primitives), output.count(t.references), ("%.2f"):format(ratio(t.references, t.primitives)),
-    output.seconds(t.build_seconds), tostring(t.depth), output.count(t.nodes), output.count(t.leaves), output.count(t.empty_leaves),
-    ("%.1f"):format(100 * ratio(t.empty_leaves, t.leaves)), tostring(t.largest_leaf), ("%.2f"):format(t.sah_cost), output.bytes(t.bytes),
-  }
-end
-
-local function tree_json(t)
-  return json.object():set("name", t.name):set("group", t.group):set("part", t.part):set("primitives", t.primitives):set("references", t.references)
-    :set("growth", ratio(t.references, t.primitives)):set("build_seconds", t.build_seconds):set("depth", t.depth):set("nodes", t.nodes)
-    :set("leaves", t.leaves):set("empty_leaves", t.empty_leaves):set("empty_ratio", ratio(t.empty_leaves, t.leaves))
-    :set("largest_leaf", t.largest_leaf):set("sah_cost", t.sah_cost):set("bytes", t.bytes)
-end
-
 local function scene_json(path, facts, memory, settings, scene)
   local object = json.object():set("scene", path):set("hash", scene:hash())
   for _, list in ipairs { COUNTS, BYTES } do
@@ -92,12 +68,12 @@ local function scene_json(path, facts, memory, settings, scene)
       object:set(row[1], facts[row[1]])
     end
   end
-  local trees = {}
+  local rows = {}
   for i, t in ipairs(facts.trees) do
-    trees[i] = tree_json(t)
+    rows[i] = trees.json(t)
   end
   object:set("render_bytes", memory):set("width", settings.width):set("height", settings.height):set("samples", settings.samples)
-  return object:set("trees", trees)
+  return object:set("trees", rows)
 end
 
 local function scene_text(path, facts, memory, settings, low, high)
@@ -120,11 +96,7 @@ local function scene_text(path, facts, memory, settings, low, high)
     output.print("no trees: nothing in it needs one")
     return
   end
-  local rows = { HEAD }
-  for _, t in ipairs(facts.trees) do
-    rows[#rows + 1] = tree_row(t)
-  end
-  output.table(rows, { true, true })
+  trees.print(facts.trees)
 end
 
 function info.run(command, values, arguments)

@@ -94,6 +94,13 @@ row("wait", { "--wait" }, nil, nil, "wait while another process works on the fol
 row("dry_run", { "--dry-run" }, nil, nil, "print the points and end")
 row("force", { "-f", "--force" }, nil, nil, "replace an existing file")
 
+row("folder", { "-o", "--output" }, "folder", "DIR", "write pictures into the folder DIR, which is made")
+row("cut", { "--cut" }, "cut", "PLANE", "plane of the drawn cells: y=1.5 (coordinate), y=40% (of the tree's box) or NX,NY,NZ@PX,PY,PZ")
+row("group", { "--group" }, "group", "N", "what the tree stands over, as the statistics name it: 0, 1, 0.1 (a part), top")
+row("color", { "--color" }, "choice", "WHAT", "what the colour of a cell shows: depth or references", { choices = { "depth", "references" } })
+row("sample", { "--sample" }, "count", "N", "tell this sample alone", { low = 0, high = 65535 })
+row("all_samples", { "--all" }, nil, nil, "tell all samples")
+
 -- The rows of some keys, in the given order, the help last.
 function options.take(...)
   local list = {}

@@ -69,6 +69,50 @@ end
 
 local UNITS = { [""] = 1, k = 2 ^ 10, m = 2 ^ 20, g = 2 ^ 30 }
 
+local function decimal(text)
+  return text:find "^[+-]?[%d.]+$" and tonumber(text) or text:find "^[+-]?[%d.]+[eE][+-]?%d+$" and tonumber(text) or nil
+end
+
+local function three(text)
+  local x, y, z = text:match "^([^,]+),([^,]+),([^,]+)$"
+  if not x then
+    return nil
+  end
+  x, y, z = decimal(x), decimal(y), decimal(z)
+  return x and y and z and { x + 0.0, y + 0.0, z + 0.0 }
+end
+
+-- A plane: AXIS=COORDINATE, AXIS=PART%, or NX,NY,NZ@PX,PY,PZ.
+function readers.cut(_, text)
+  local expected = "a plane is expected: y=1.5 (a coordinate), y=40% (of the tree's box) or NX,NY,NZ@PX,PY,PZ (normal, point)"
+  local axis, at, percent = text:match "^([xyz])=([^%%]+)(%%?)$"
+  if axis then
+    local value = decimal(at)
+    if not value or value ~= value or math.abs(value) > 1e12 then
+      return nil, expected
+    elseif percent == "%" and (value < 0 or value > 100) then
+      return nil, "a part of the box is expected between 0% and 100%"
+    end
+    return { axis = axis, at = percent == "" and value + 0.0 or nil, part = percent == "%" and value / 100 or nil }
+  end
+  local normal, point = text:match "^([^@]+)@([^@]+)$"
+  normal, point = normal and three(normal), point and three(point)
+  if not normal or not point then
+    return nil, expected
+  elseif normal[1] == 0 and normal[2] == 0 and normal[3] == 0 then
+    return nil, "the plane's normal is zero"
+  end
+  return { normal = normal, point = point }
+end
+
+-- The group of a tree, as the statistics call it: a number, with a part behind it where the group has several trees, or "top".
+function readers.group(_, text)
+  if #text <= 9 and (text == "top" or text:find "^%d+$" or text:find "^%d+%.%d+$") then
+    return text
+  end
+  return nil, "a group is expected as the statistics name it: 0 (the scene's own geometry), 1, 0.1 (a part) or top"
+end
+
 -- Bytes, with K, M or G behind.
 function readers.bytes(_, text)
   local digits, unit = text:match "^(%d+)([kKmMgG]?)i?[bB]?$"

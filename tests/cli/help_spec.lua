@@ -1,7 +1,7 @@
 local support = require "support"
 local rtray = support.rtray
 
-local COMMANDS = { "render", "info", "params", "convert", "compare", "verify", "bench", "sweep", "repl", "help" }
+local COMMANDS = { "render", "info", "tree", "pixel", "params", "convert", "compare", "verify", "bench", "sweep", "repl", "help" }
 
 describe("help", function()
   it("lists every command", function()

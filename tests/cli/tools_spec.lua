@@ -71,7 +71,12 @@ describe("verify", function()
   end)
 
   it("lets the cost view differ between structures, and only there", function()
-    local r = rtray { "verify", support.small(), "--integrator", "cost", "--workers", "1,3", "--tiles", "8,64" }
+    local path = support.write(support.folder() .. "/balls.lua", [[
+local rt = require "rt"
+local balls = {}
+for i = 1, 20 do balls[i] = rt.sphere { center = {i % 5, i // 5, i % 3}, radius = 0.4 } end
+return rt.scene { settings = { width = 20, height = 15 }, balls }]])
+    local r = rtray { "verify", path, "--integrator", "cost", "--workers", "1,3", "--tiles", "8,64" }
     assert.equal(0, r.status, r.out)
     assert.truthy(r.out:find("one image of each structure", 1, true), r.out)
     local hashes = {}
