@@ -2,6 +2,7 @@
 
 local core = require "rt.core"
 local check = require "rt.check"
+local animation = require "rt.animation"
 local scene = require "rt.scene"
 local settings = require "rt.settings"
 local words = require "rt.words"
@@ -9,7 +10,7 @@ local words = require "rt.words"
 local SHORT = { ["-o"] = "--output", ["-s"] = "--size", ["-n"] = "--samples", ["-j"] = "--workers", ["-q"] = "--quiet", ["-h"] = "--help" }
 
 local function usage(r)
-  print(("usage: lua5.4 %s [-o FILE] [-D NAME=VALUE ...] [--set NAME] [--quiet] [--SETTING VALUE ...]"):format(r.path))
+  print(("usage: lua5.4 %s [-o FILE] [-D NAME=VALUE ...] [--set NAME] [--frame N] [--quiet] [--SETTING VALUE ...]"):format(r.path))
   print "settings:"
   print "  --size WxH            width and height at once"
   for _, row in ipairs(settings.list) do
@@ -41,6 +42,8 @@ local function parse(arguments)
       end
       if option == "--output" then
         o.output = text
+      elseif option == "--frame" then
+        o.frame = text:find "^%d+$" and math.tointeger(tonumber(text)) or fault("--frame needs a whole number; got '%s'", words.quote(text))
       elseif option:sub(1, 2) == "--" and settings.fields[name] then
         o.settings[name] = settings.read(name, text, "command line")
       elseif option ~= "-D" and option ~= "--define" and option ~= "--set" then
@@ -69,10 +72,16 @@ end
 local function render(value, r, o)
   if o.help then
     return usage(r)
-  elseif not scene.is(value) then
-    error(("%s: rt.main takes a scene; got %s"):format(r.path, check.describe(value)), 0)
   end
   r.settings = settings.check(o.settings, "command line")
+  if animation.is(value) then
+    if (o.frame or 0) >= value.frames then
+      error(("%s: there is no frame %d; the animation has %d, 0 to %d"):format(r.path, o.frame, value.frames, value.frames - 1), 0)
+    end
+    value = value:scene_at(o.frame or 0)
+  elseif not scene.is(value) then
+    error(("%s: rt.main takes a scene or an animation; got %s"):format(r.path, check.describe(value)), 0)
+  end
   local output = o.output or (r.path:match "([^/]*)$"):gsub("%.[^.]*$", "") .. ".png"
   local made, stats = value:render { progress = not o.quiet and note or nil }
   made:save(output)

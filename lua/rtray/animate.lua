@@ -140,6 +140,7 @@ local function frames_json(self)
     local record = self.results[frame]
     list[i] = json.object():set("frame", frame):set("state", work.words(self.state[frame]))
       :set("file", self.stage.target.place(frame)):set("hash", record and record.image):set("seconds", record and tonumber(record.seconds))
+      :set("trees_built", record and record.trees)
   end
   return list
 end

@@ -44,9 +44,11 @@ function shot.matches(described, record)
 end
 
 -- Starts the render with so many workers (nil: the settings').
-function shot.start(described, workers)
-  local job = described.scene:start { workers = workers }
-  described.job = job
+function shot.start(stage, described, workers)
+  described.job = described.scene:start { workers = workers }
+  if stage.values.stats or stage.values.json then
+    described.info = described.scene:info() -- of this commit: what it built
+  end
   described.begun = sys.now()
   return described
 end

@@ -166,7 +166,7 @@ local function prepare(self, frame)
     return
   end
   local together = math.max(1, math.min(self.limit, #self.list - self.rendered - self.taken - self.others))
-  shot.start(described, self.limit > 1 and math.max(1, self.workers // together) or nil)
+  shot.start(self.stage, described, self.limit > 1 and math.max(1, self.workers // together) or nil)
   self.flying[#self.flying + 1] = described
   if self.last and not self.last.job then
     self.last.scene:release() -- not earlier: what both scenes have in common is not built again
@@ -176,6 +176,11 @@ end
 
 local function finish(self, described)
   local stats = shot.finish(self.stage, self.ledger, described)
+  if self.values.stats then
+    local note = self.values.json and output.note or output.print
+    note("frame %-6d %d trees built, %d parts kept, %s trees, %s render", described.frame, described.info.built_trees, described.info.reused_chunks,
+      output.seconds(stats.build_seconds), output.seconds(stats.seconds))
+  end
   self.claims:drop(described.frame)
   if self.last ~= described then
     described.scene:release()
@@ -188,7 +193,9 @@ local function finish(self, described)
     local memory = described.scene:memory() * self.workers
     self.limit = stats.seconds < SHORT and memory < require("rt").machine().memory_available // 4 and self.workers or 1
   end
-  settle(self, described.frame, "rendered", { image = described.image, seconds = ("%.3f"):format(stats.seconds) })
+  settle(self, described.frame, "rendered", {
+    image = described.image, seconds = ("%.3f"):format(stats.seconds), trees = described.info and described.info.built_trees,
+  })
 end
 
 -- Looks at the jobs; finishes those that are done.

@@ -156,6 +156,36 @@ describe("animate", function()
   end)
 end)
 
+describe("trees of an animation", function()
+  local function built(things)
+    local folder = support.folder()
+    local path = support.write(folder .. "/a.lua", ([[
+local rt = require "rt"
+local balls = {}
+for i = 1, 300 do
+  balls[i] = rt.sphere { center = {rt.random("x", i), rt.random("y", i), rt.random("z", i)}, radius = 0.02 }
+end
+return rt.animation { frames = 3, scene = function(t)
+  return rt.scene {
+    settings = { size = {16, 12}, samples = 1 }, camera = rt.orbit { radius = 3 }:camera(t), rt.directional_light { direction = {0, -1, 0} }, %%s
+  }
+end }]]):gsub("%%%%s", things))
+    local r = animate(path, "--stats", "--at-once", "1", "-o", folder .. "/%d.png")
+    assert.equal(0, r.status, r.err)
+    local list = {}
+    for n in r.out:gmatch "frame %d +(%d+) trees built" do
+      list[#list + 1] = tonumber(n)
+    end
+    return list
+  end
+
+  it("are built once when only the camera moves", function()
+    local n = built "balls"
+    assert.is_true(n[1] > 0)
+    assert.same({ n[1], 0, 0 }, n)
+  end)
+end)
+
 describe("a film", function()
   local function probe(path, what)
     return (support.shell(("ffprobe -v error -count_frames -select_streams v -show_entries %s -of csv=p=0 file:%s"):format(what, quote(path))).out
@@ -364,6 +394,25 @@ describe("a bad input of animate", function()
     assert.equal("%d.png.state 0.png a.lua ", list(to))
     assert.equal("000000 ", list(to .. "/%d.png.state"))
     assert.same({ 2, 1 }, { counts(animate(big, "-o", to .. "/%d.png")) })
+  end)
+end)
+
+describe("a disk that fills up", function()
+  local mounts = support.shell("unshare -m sh -c 'mount -t tmpfs tmpfs /mnt'").status == 0
+
+  ;(mounts and it or pending)("keeps what is finished, and the film before it", function()
+    local to = support.folder()
+    local path = script(to, { frames = 40, size = "60, 40", material = "rt.classic { color = {rt.random(t), 1, 1} }" })
+    assert(os.execute("mkdir " .. quote(to .. "/disk")))
+    local command = support.command { "animate", path, "-o", to .. "/disk/%d.png" }
+    local r = support.shell("unshare -m sh -c " .. quote(("mount -t tmpfs -o size=64k tmpfs %s && { %s; status=$?; cp -r %s %s; exit $status; }"):format(
+      quote(to .. "/disk"), command, quote(to .. "/disk/."), quote(to .. "/kept"))))
+    assert.equal(3, r.status, r.err)
+    assert.truthy(r.err:find "[Nn]o space" or r.err:find "full", r.err)
+    local finished = tonumber(r.err:match "(%d+) of 40 frames are finished in")
+    assert.is_true(finished > 0 and finished < 40)
+    local again = animate(path, "-o", to .. "/kept/%d.png")
+    assert.same({ 40 - finished, finished }, { counts(again) })
   end)
 end)
 

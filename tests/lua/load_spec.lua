@@ -194,6 +194,22 @@ local scene = rt.scene { settings = { width = 8, height = 6, samples = 1 },
 rt.main(scene)
 ]]
 
+  it("renders a frame of an animation", function()
+    support.in_folder(function(folder)
+      script(folder, [[
+local rt = require "rt"
+return rt.main(rt.animation { frames = 3, scene = function(t)
+  return rt.scene { settings = { size = {4, 4}, samples = 1 }, ambient = {t, t, t}, rt.plane { point = {0, -1, 0}, normal = {0, 1, 0} } }
+end })
+]])
+      assert.equal("status 0\n", run(folder, "--quiet -o " .. folder .. "/0.hdr"))
+      assert.equal("status 0\n", run(folder, "--quiet --frame 2 -o " .. folder .. "/2.hdr"))
+      assert.is_true(rt.compare(rt.image(folder .. "/0.hdr"), rt.image(folder .. "/2.hdr")).differing > 0)
+      assert.is_truthy(run(folder, "--frame 3"):find("there is no frame 3; the animation has 3, 0 to 2", 1, true))
+      assert.is_truthy(run(folder, "--frame x"):find("--frame needs a whole number; got 'x'", 1, true))
+    end)
+  end)
+
   it("renders", function()
     support.in_folder(function(folder)
       rt.image({ width = 1, height = 1 }):save(folder .. "/white.png")
