@@ -86,13 +86,21 @@ local function make_film(self)
   for i, frame in ipairs(self.list) do
     paths[i] = target.place(frame)
   end
-  local part = ("%s.%d.part"):format(target.out, sys.process_id())
+  local part = self.ledger.new_part(target.out, self.claims)
   local shown = progress.new(self.values, ("%s: %s"):format(types.quote(target.out):sub(2, -2), plan.coder))
-  local ok, done = pcall(film.encode, plan, paths, part, function(i)
-    shown:update((i - 1) / #paths)
-    self.claims:beat()
-    return sys.interrupted() ~= nil
-  end)
+  local ok, done
+  for _ = 1, 5 do
+    ok, done = pcall(film.encode, plan, paths, part, function(i)
+      shown:update((i - 1) / #paths)
+      self.claims:beat()
+      return sys.interrupted() ~= nil
+    end)
+    local now = film_key(self, plan)
+    if not (ok and done) or now == key then
+      break
+    end
+    key = now -- another process has changed a frame meanwhile
+  end
   output.clear_line()
   if ok and done then
     ok, done = pcall(self.ledger.put, self.ledger, name, { key = key }, part, target.out)

@@ -9,6 +9,7 @@ local ledger = {}
 ledger.__index = ledger
 
 local HEAD = "librt frame 1"
+local EVERY = 2 -- seconds between two syncs of folders: files are synced each; a name that a power cut loses is rendered again, not mistaken
 
 -- A folder for output: made when it is missing.
 function ledger.make_folder(path)
@@ -27,12 +28,24 @@ function ledger.open(folder, tag)
   if not ok then
     error(("the folder %s cannot be written into: %s"):format(types.quote(folder), why), 0)
   end
-  return setmetatable({ folder = folder, tag = tag }, ledger)
+  return setmetatable({ folder = folder, tag = tag, unsynced = {}, next_sync = 0 }, ledger)
 end
 
 -- The place of a file that is being written for a frame (a number) or a film (a name).
 function ledger:part(name)
   return ("%s/%s.%s.part"):format(self.folder, type(name) == "number" and ("%06d"):format(name) or name, self.tag)
+end
+
+-- The same beside `path`, which may lie on another disk than the records; what the dead have left there is removed.
+function ledger.new_part(path, claims)
+  local folder, name = files.folder_of(path), files.name_of(path) .. "."
+  for _, entry in ipairs(sys.list_folder(folder) or {}) do
+    local tag = entry:sub(1, #name) == name and entry:sub(#name + 1):match "^([^.]+)%.part$"
+    if tag and not claims:alive(tag) then
+      os.remove(folder .. "/" .. entry)
+    end
+  end
+  return ("%s.%s.part"):format(path, claims.tag)
 end
 
 -- Removes what a process has left behind unfinished: alive(tag) tells of each.
@@ -113,6 +126,24 @@ function ledger:read(name)
   return text and decode(name, text) or nil
 end
 
+-- Brings the folders' names to disk, when it is time or by force.
+function ledger:sync(force)
+  if force or sys.now() >= self.next_sync then
+    for _, folder in ipairs(self.unsynced) do
+      sys.sync_folder(folder)
+    end
+    self.unsynced, self.next_sync = {}, sys.now() + EVERY
+  end
+end
+
+local function touched(self, folder)
+  if not self.unsynced[folder] then
+    self.unsynced[folder] = true
+    self.unsynced[#self.unsynced + 1] = folder
+  end
+  self:sync()
+end
+
 local function must(path, ok, why)
   if not ok then
     error(("%s cannot be written: %s"):format(types.quote(path), (tostring(why):gsub("^.*: ", ""))), 0)
@@ -127,7 +158,7 @@ function ledger:write(name, record)
   local closed, closing = file:close()
   must(path, wrote and closed, why or closing)
   must(path, sys.put_in_place(part, path))
-  sys.sync_folder(self.folder)
+  touched(self, self.folder)
 end
 
 -- Is the file at `path` the one that the record is about? True, or nil and a word.
@@ -151,7 +182,7 @@ function ledger:put(name, record, part, path)
   end
   record.file, record.bytes = hash, bytes
   must(path, sys.put_in_place(part, path))
-  sys.sync_folder(files.folder_of(path))
+  touched(self, files.folder_of(path))
   self:write(name, record)
 end
 

@@ -46,6 +46,7 @@ function work:close()
   end
   self.flying = {}
   self.claims:drop_all()
+  self.ledger:sync(true)
 end
 work.__close = work.close
 

@@ -172,11 +172,11 @@ return rt.animation { frames = 3, scene = function(t)
 end }]]):gsub("%%%%s", things))
     local r = animate(path, "--stats", "--at-once", "1", "-o", folder .. "/%d.png")
     assert.equal(0, r.status, r.err)
-    local list = {}
+    local numbers = {}
     for n in r.out:gmatch "frame %d +(%d+) trees built" do
-      list[#list + 1] = tonumber(n)
+      numbers[#numbers + 1] = tonumber(n)
     end
-    return list
+    return numbers
   end
 
   it("are built once when only the camera moves", function()
@@ -405,7 +405,8 @@ describe("a disk that fills up", function()
     local path = script(to, { frames = 40, size = "60, 40", material = "rt.classic { color = {rt.random(t), 1, 1} }" })
     assert(os.execute("mkdir " .. quote(to .. "/disk")))
     local command = support.command { "animate", path, "-o", to .. "/disk/%d.png" }
-    local r = support.shell("unshare -m sh -c " .. quote(("mount -t tmpfs -o size=64k tmpfs %s && { %s; status=$?; cp -r %s %s; exit $status; }"):format(
+    local line = "mount -t tmpfs -o size=64k tmpfs %s && { %s; status=$?; cp -r %s %s; exit $status; }"
+    local r = support.shell("unshare -m sh -c " .. quote(line:format(
       quote(to .. "/disk"), command, quote(to .. "/disk/."), quote(to .. "/kept"))))
     assert.equal(3, r.status, r.err)
     assert.truthy(r.err:find "[Nn]o space" or r.err:find "full", r.err)
