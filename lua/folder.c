@@ -167,11 +167,13 @@ static int lock_to_string(lua_State *L)
     return 1;
 }
 
-/* lock_file(path): a lock on a file, which is made when it is missing and stays; false when another process has it. Everybody may
- * take a lock in a folder that all share, so a file of another user is opened for reading only. */
+/* lock_file(path, shared): a lock on a file, which is made when it is missing and stays; false when another process has it
+ * (shared: has it alone). Everybody may take a lock in a folder that all share, so a file of another user is opened for reading
+ * only. */
 static int lock_file(lua_State *L)
 {
     const char *path = path_of(L, 1);
+    int shared = lua_toboolean(L, 2);
     int *fd = lua_newuserdatauv(L, sizeof *fd, 0);
     *fd = -1;
     luaL_setmetatable(L, RTL_LOCK);
@@ -183,7 +185,7 @@ static int lock_file(lua_State *L)
         return fail(L, errno);
     }
     int n;
-    while ((n = flock(*fd, LOCK_EX | LOCK_NB)) != 0 && errno == EINTR) {
+    while ((n = flock(*fd, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB)) != 0 && errno == EINTR) {
     }
     if (n != 0) {
         int error = errno;

@@ -48,9 +48,27 @@ local function take_lock(path, wait, note, words_of)
   return lock, why
 end
 
+local MACHINE_LOCK = os.getenv "LIBRT_MEASURE_LOCK" or "/tmp/librt-measure.lock"
+
 -- While this lock is held, no other measurement of this machine runs. Where it cannot be had (another user's folder rules) nothing is locked.
+-- Who waits holds a shared lock of a second file, and who has just measured lets them go first.
 function sweep_folder.machine_lock(note)
-  return take_lock("/tmp/librt-measure.lock", true, note, "another measurement runs on this machine") or nil
+  local queue = MACHINE_LOCK .. ".queue"
+  local nobody = core.lock_file(queue)
+  if nobody then
+    nobody:release()
+  elseif nobody == false then
+    core.sleep(0.12)
+  end
+  local lock = core.lock_file(MACHINE_LOCK)
+  if lock == false then
+    local waiting = core.lock_file(queue, true)
+    lock = take_lock(MACHINE_LOCK, true, note, "another measurement runs on this machine")
+    if waiting then
+      waiting:release()
+    end
+  end
+  return lock or nil
 end
 
 -- ---- the journal ----

@@ -106,7 +106,8 @@ function sweep_plan.identify(point, described, base)
   point.key = core.text_hash(table.concat(parts, "\0"))
   local picture = setting_texts(values, settings.arrangement)
   picture[#picture + 1] = described.description
-  picture[#picture + 1] = values.integrator == "cost" and values.tracer .. values.builder or "" -- a view of the structure itself
+  local view = values.integrator == "cost" or values.integrator == "steps" -- of the structure itself
+  picture[#picture + 1] = view and values.tracer .. values.builder or ""
   point.picture = table.concat(picture, "\0")
 end
 

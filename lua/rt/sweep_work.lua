@@ -12,7 +12,6 @@ local sweep_worker = require "rt.sweep_worker"
 local sweep_work = {}
 
 local METRICS = { "psnr", "mse", "ssim", "flip", "differing" } -- against a reference
-local TABLES_EVERY = 10 -- seconds between two writings of the tables while it runs
 
 -- ---- measuring ----
 
@@ -130,7 +129,7 @@ local function measure(s, p, picture)
   request.image = s.store and picture and s.images and s.store.path(p.file) or nil
   request.raw, request.progress = raw, s.breathe
   request.measure = s.in_process and s.measure or s.base.measure_file
-  local lock = s.store and sweep_folder.machine_lock(s.note)
+  local lock = s.store and not s.in_process and sweep_folder.machine_lock(s.note)
   local answer, why = sweep_work.ask(s, request)
   if lock then
     lock:release()
@@ -296,7 +295,7 @@ end
 
 -- Measures what is missing, in rounds.
 function sweep_work.work(s)
-  local list, written = tasks(s), core.clock()
+  local list = tasks(s)
   for i, task in ipairs(list) do
     local p = task.point
     if s.interrupted and s.interrupted() then
@@ -318,10 +317,6 @@ function sweep_work.work(s)
       elseif task.picture then
         keep_picture(s, p, answer)
       end
-    end
-    if s.store and core.clock() - written > TABLES_EVERY then
-      sweep_work.write_tables(s, sweep_work.results_of(s))
-      written = core.clock()
     end
   end
   tell(s, { kind = "end", done = #list, total = #list })
