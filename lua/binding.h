@@ -26,6 +26,8 @@ typedef struct rtl_context rtl_context;
 
 /** The state's context, made at the first call. [-0, +0], raises. */
 rtl_context *rtl_context_get(lua_State *L);
+/** What contexts made from now on begin with: a host's allocator, open hook and limit; rt.configure can lower the limit, not raise it. [-0, +0], raises. */
+void rtl_context_defaults(lua_State *L, const rt_context_desc *desc);
 rt_context *rtl_context_rt(const rtl_context *c);
 rtl_context *rtl_context_keep(rtl_context *c);
 void rtl_context_drop(rtl_context *c);

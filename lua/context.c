@@ -19,7 +19,8 @@ struct rtl_context {
     log_line lines[LOG_LINES];
 };
 
-static const char KEY = 'c'; /* its address is the registry's key */
+static const char KEY = 'c';      /* its address is the registry's key */
+static const char DEFAULTS = 'd'; /* and its: a userdata with the host's descriptor */
 static const char *const LEVELS[] = {"error", "warning", "info", "debug"};
 
 static void on_log(void *user, rt_log_level level, const char *message)
@@ -102,13 +103,30 @@ static rtl_context *make(lua_State *L, rtl_context **slot, const rt_context_desc
     return c;
 }
 
+void rtl_context_defaults(lua_State *L, const rt_context_desc *desc)
+{
+    rt_context_desc *kept = lua_newuserdatauv(L, sizeof *kept, 0);
+    *kept = *desc;
+    lua_rawsetp(L, LUA_REGISTRYINDEX, &DEFAULTS);
+}
+
+static rt_context_desc defaults(lua_State *L)
+{
+    rt_context_desc desc = rt_context_desc_default();
+    if (lua_rawgetp(L, LUA_REGISTRYINDEX, &DEFAULTS) == LUA_TUSERDATA) {
+        desc = *(const rt_context_desc *)lua_touserdata(L, -1);
+    }
+    lua_pop(L, 1);
+    return desc;
+}
+
 rtl_context *rtl_context_get(lua_State *L)
 {
     rtl_context **slot = slot_of(L);
     if (*slot) {
         return *slot;
     }
-    rt_context_desc desc = rt_context_desc_default();
+    rt_context_desc desc = defaults(L);
     return make(L, slot, &desc);
 }
 
@@ -120,9 +138,13 @@ static int configure(lua_State *L)
         lua_pushboolean(L, 0);
         return 1;
     }
-    rt_context_desc desc = rt_context_desc_default();
+    rt_context_desc desc = defaults(L);
     rtl_field_u32(L, 1, "workers", &desc.workers);
+    uint64_t limit = desc.memory_limit;
     rtl_field_u64(L, 1, "memory_limit", &desc.memory_limit);
+    if (limit && (desc.memory_limit == 0 || desc.memory_limit > limit)) { /* the host's limit is not raised */
+        desc.memory_limit = limit;
+    }
     make(L, slot, &desc);
     lua_pushboolean(L, 1);
     return 1;

@@ -64,6 +64,8 @@ rt_status rt_context_create(const rt_context_desc *desc, rt_context **context)
     ctx->log_user = d.log_user;
     ctx->parallel = d.parallel;
     ctx->parallel_user = d.parallel_user;
+    ctx->open = d.open;
+    ctx->open_user = d.open_user;
     ctx->memory_limit = d.memory_limit;
     ctx->workers = d.workers ? d.workers : rt_cpu_count();
     atomic_init(&ctx->memory_now, 0);

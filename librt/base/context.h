@@ -24,6 +24,8 @@ struct rt_context {
     void *log_user;
     rt_parallel_fn parallel;
     void *parallel_user;
+    rt_open_fn open;
+    void *open_user;
     uint64_t memory_limit;
     uint32_t workers;
 

@@ -5,7 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "base.h"
+#include "context.h"
 
 /* strerror is not thread-safe and speaks the locale's language; these few say it plainly. */
 static const char *reason(int e)
@@ -48,6 +48,26 @@ static rt_status fail_path(rt_context *ctx, const char *doing, const char *path,
     char name[512];
     return rti_fail(ctx, RT_ERROR_IO, "%s: cannot %s: %s (errno %d)", rti_quote(name, sizeof name, path, strlen(path)), doing,
                     reason(e), e);
+}
+
+enum { WHY_SIZE = 512 };
+
+/* The context's hook, when it has one: a descriptor, -1 with *status set, or RT_OPEN_DEFAULT. */
+static int ask_hook(rt_context *ctx, const char *path, rt_open_mode mode, const char *doing, rt_status *status)
+{
+    char name[512], why[WHY_SIZE] = "";
+    int fd;
+    if (!ctx->open)
+        return RT_OPEN_DEFAULT;
+    errno = 0;
+    fd = ctx->open(ctx->open_user, path, mode, why, sizeof why);
+    if (fd >= 0 || fd == RT_OPEN_DEFAULT)
+        return fd;
+    why[sizeof why - 1] = 0;
+    *status = why[0]
+                  ? rti_fail(ctx, RT_ERROR_IO, "%s: cannot %s: %s", rti_quote(name, sizeof name, path, strlen(path)), doing, why)
+                  : fail_path(ctx, doing, path, errno);
+    return -1;
 }
 
 static rt_status read_all(rt_context *ctx, int fd, const char *path, uint64_t limit, size_t guess, void **data, size_t *size)
@@ -105,7 +125,12 @@ static rt_status open_regular(rt_context *ctx, const char *path, int *fd, uint64
 {
     struct stat st;
     char name[512];
-    *fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); /* a named pipe without a writer does not hang us */
+    rt_status status = RT_OK;
+    *fd = ask_hook(ctx, path, RT_OPEN_READ, "open it for reading", &status);
+    if (*fd == -1)
+        return status;
+    if (*fd < 0)
+        *fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); /* a named pipe without a writer does not hang us */
     if (*fd < 0)
         return fail_path(ctx, "open it for reading", path, errno);
     if (fstat(*fd, &st) != 0) {
@@ -222,6 +247,8 @@ struct rti_writer {
     rt_context *ctx;
     char *path, *aside; /* aside NULL: written straight (standard output, devices, pipes) */
     size_t path_size, aside_size;
+    const char *target; /* path, or its last part in the hook's folder */
+    int folder;         /* of the hook; else AT_FDCWD */
     int fd;
     bool own_fd;
     rt_status status;
@@ -248,31 +275,41 @@ static rt_status flush(rti_writer *w)
 static void writer_free(rti_writer *w)
 {
     rt_context *ctx = w->ctx;
+    if (w->folder >= 0)
+        close(w->folder);
     rti_free(ctx, w->path, w->path_size);
     rti_free(ctx, w->aside, w->aside_size);
     rti_free(ctx, w, sizeof *w);
 }
 
-static bool is_plain_target(const char *path)
+/* In a hook's folder what stands there is replaced, whatever it is. */
+static bool is_plain_target(const rti_writer *w)
 {
     struct stat st;
-    return stat(path, &st) != 0 || S_ISREG(st.st_mode);
+    return w->folder >= 0 || stat(w->path, &st) != 0 || S_ISREG(st.st_mode);
+}
+
+static bool is_folder(const rti_writer *w)
+{
+    struct stat st;
+    int how = w->folder >= 0 ? AT_SYMLINK_NOFOLLOW : 0;
+    return fstatat(w->folder, w->target, &st, how) == 0 && S_ISDIR(st.st_mode);
 }
 
 /* A name of our own beside the target: ".NAME.PID-N.part" is not longer than the name limit allows for usual names; the counter
  * avoids what is there. */
 static rt_status open_aside(rti_writer *w)
 {
-    const char *slash = strrchr(w->path, '/');
-    size_t folder = slash ? (size_t)(slash - w->path) + 1 : 0;
+    const char *slash = strrchr(w->target, '/');
+    size_t folder = slash ? (size_t)(slash - w->target) + 1 : 0;
     w->aside_size = folder + 64;
     w->aside = rti_alloc(w->ctx, w->aside_size);
     if (!w->aside)
         return rti_fail_memory(w->ctx, "writing a file", w->aside_size);
-    memcpy(w->aside, w->path, folder);
+    memcpy(w->aside, w->target, folder);
     for (unsigned n = 0; n < 10000; n++) {
         snprintf(w->aside + folder, 64, ".rtray-%ld-%u.part", (long)getpid(), n);
-        w->fd = open(w->aside, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        w->fd = openat(w->folder, w->aside, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (w->fd >= 0)
             return RT_OK;
         if (errno != EEXIST)
@@ -281,11 +318,35 @@ static rt_status open_aside(rti_writer *w)
     return fail_path(w->ctx, "write beside it", w->path, errno);
 }
 
+/* Asks the hook for the target's folder, and opens what is written to. */
+static rt_status open_target(rti_writer *w)
+{
+    rt_status status = RT_OK;
+    if (strcmp(w->path, "-") == 0) {
+        w->fd = STDOUT_FILENO;
+        w->own_fd = false;
+        return RT_OK;
+    }
+    int folder = ask_hook(w->ctx, w->path, RT_OPEN_FOLDER, "write it", &status);
+    if (folder == -1)
+        return status;
+    if (folder >= 0) {
+        const char *slash = strrchr(w->path, '/');
+        w->folder = folder;
+        w->target = slash ? slash + 1 : w->path;
+    }
+    if (is_folder(w))
+        return fail_path(w->ctx, "write it", w->path, EISDIR);
+    if (is_plain_target(w))
+        return open_aside(w);
+    w->fd = open(w->path, O_WRONLY | O_CLOEXEC | O_NOCTTY);
+    return w->fd < 0 ? fail_path(w->ctx, "open it for writing", w->path, errno) : RT_OK;
+}
+
 rt_status rti_writer_open(rt_context *ctx, const char *path, rti_writer **writer)
 {
     rti_writer *w;
-    rt_status status = RT_OK;
-    struct stat st;
+    rt_status status;
     *writer = NULL;
     if (path[0] == '\0')
         return rti_fail(ctx, RT_ERROR_IO, "the name of the file to write is empty");
@@ -294,6 +355,7 @@ rt_status rti_writer_open(rt_context *ctx, const char *path, rti_writer **writer
         return rti_fail_memory(ctx, "writing a file", sizeof *w);
     w->ctx = ctx;
     w->fd = -1;
+    w->folder = AT_FDCWD;
     w->own_fd = true;
     w->path_size = strlen(path) + 1;
     w->path = rti_alloc(ctx, w->path_size);
@@ -303,21 +365,9 @@ rt_status rti_writer_open(rt_context *ctx, const char *path, rti_writer **writer
         return status;
     }
     memcpy(w->path, path, w->path_size);
-    if (strcmp(path, "-") == 0) {
-        w->fd = STDOUT_FILENO;
-        w->own_fd = false;
-    } else if (stat(path, &st) == 0 && S_ISDIR(st.st_mode)) {
-        status = fail_path(ctx, "write it", path, EISDIR);
-    } else if (is_plain_target(path)) {
-        status = open_aside(w);
-    } else {
-        w->fd = open(path, O_WRONLY | O_CLOEXEC | O_NOCTTY);
-        if (w->fd < 0)
-            status = fail_path(ctx, "open it for writing", path, errno);
-    }
+    w->target = w->path;
+    status = open_target(w);
     if (status != RT_OK) {
-        if (w->fd >= 0 && w->own_fd)
-            close(w->fd);
         writer_free(w);
         return status;
     }
@@ -353,10 +403,10 @@ rt_status rti_writer_close(rti_writer *w, bool keep)
     if (w->own_fd && close(w->fd) != 0 && keep && status == RT_OK)
         status = fail_path(w->ctx, "write it", w->path, errno);
     if (w->aside) {
-        if (keep && status == RT_OK && rename(w->aside, w->path) != 0)
+        if (keep && status == RT_OK && renameat(w->folder, w->aside, w->folder, w->target) != 0)
             status = fail_path(w->ctx, "put it in its place", w->path, errno);
         if (!keep || status != RT_OK)
-            unlink(w->aside);
+            unlinkat(w->folder, w->aside, 0);
     }
     writer_free(w);
     return status;

@@ -1,4 +1,6 @@
 /* Floor base: memory, messages, threads, files, numbers, hashing. */
+#include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -280,12 +282,89 @@ static void test_files(void **state)
     rt_context_destroy(ctx);
 }
 
+/* What a context's open hook was asked, and what it answers. */
+typedef struct hook {
+    int answer; /* -1: refuse; RT_OPEN_DEFAULT; 0: open it in `folder` */
+    const char *folder, *why;
+    char path[256];
+    rt_open_mode mode;
+    unsigned calls;
+} hook;
+
+static int on_open(void *user, const char *path, rt_open_mode mode, char *why, size_t why_size)
+{
+    hook *h = user;
+    snprintf(h->path, sizeof h->path, "%s", path);
+    h->mode = mode;
+    h->calls++;
+    if (h->answer) {
+        snprintf(why, why_size, "%s", h->why);
+        errno = EACCES;
+        return h->answer;
+    }
+    if (mode == RT_OPEN_FOLDER)
+        return open(h->folder, O_RDONLY | O_DIRECTORY);
+    return open("/dev/null", O_RDONLY);
+}
+
+static void test_open_hook(void **state)
+{
+    (void)state;
+    char folder[] = "/tmp/librt_hook_XXXXXX", inside[64], text[512];
+    hook h = {.answer = 0, .why = ""};
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    rti_writer *w;
+    void *data;
+    size_t size;
+    d.open = on_open;
+    d.open_user = &h;
+    d.workers = 1;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    h.folder = mkdtemp(folder);
+    assert_non_null(h.folder);
+    snprintf(inside, sizeof inside, "%s/x.txt", folder);
+    /* the folder decides, not the name's; a link that lies there is replaced, not followed */
+    assert_int_equal(symlink("/tmp/librt_hook_must_not_be_made", inside), 0);
+    assert_int_equal(rti_writer_open(ctx, "/nowhere/else/x.txt", &w), RT_OK);
+    assert_int_equal(h.mode, RT_OPEN_FOLDER);
+    assert_string_equal(h.path, "/nowhere/else/x.txt");
+    rti_writer_write(w, "abc", 3);
+    assert_int_equal(rti_writer_close(w, true), RT_OK);
+    assert_int_not_equal(access("/tmp/librt_hook_must_not_be_made", F_OK), 0);
+    h.answer = RT_OPEN_DEFAULT;
+    assert_int_equal(rti_file_read(ctx, inside, 0, &data, &size), RT_OK);
+    assert_int_equal(h.mode, RT_OPEN_READ);
+    assert_int_equal(size, 3);
+    assert_memory_equal(data, "abc", 3);
+    rti_free(ctx, data, size + 1);
+    h.answer = 0;
+    assert_int_equal(rti_file_read(ctx, inside, 0, &data, &size), RT_ERROR_IO); /* the hook gave a device */
+    h.answer = -1;
+    h.why = "the host says no";
+    assert_int_equal(rti_file_read(ctx, inside, 0, &data, &size), RT_ERROR_IO);
+    rt_context_error(ctx, text, sizeof text);
+    assert_non_null(strstr(text, "x.txt: cannot open it for reading: the host says no"));
+    h.why = "";
+    assert_int_equal(rti_writer_open(ctx, inside, &w), RT_ERROR_IO);
+    rt_context_error(ctx, text, sizeof text);
+    assert_non_null(strstr(text, "permission denied"));
+    unsigned calls = h.calls;
+    assert_int_equal(rti_writer_open(ctx, "-", &w), RT_OK); /* standard output is not asked for */
+    assert_int_equal(rti_writer_close(w, false), RT_OK);
+    assert_int_equal(h.calls, calls);
+    unlink(inside);
+    assert_int_equal(rmdir(folder), 0); /* nothing is left aside */
+    rt_context_destroy(ctx);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_memory),   cmocka_unit_test(test_context_desc), cmocka_unit_test(test_parallel),
-        cmocka_unit_test(test_messages), cmocka_unit_test(test_numbers),      cmocka_unit_test(test_locale),
-        cmocka_unit_test(test_text),     cmocka_unit_test(test_hash),         cmocka_unit_test(test_files),
+        cmocka_unit_test(test_memory),    cmocka_unit_test(test_context_desc), cmocka_unit_test(test_parallel),
+        cmocka_unit_test(test_messages),  cmocka_unit_test(test_numbers),      cmocka_unit_test(test_locale),
+        cmocka_unit_test(test_text),      cmocka_unit_test(test_hash),         cmocka_unit_test(test_files),
+        cmocka_unit_test(test_open_hook),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -68,6 +68,20 @@ typedef void (*rt_log_fn)(void *user, rt_log_level level, const char *message);
  *  have returned. May be called from several threads and from inside a task. */
 typedef void (*rt_parallel_fn)(void *user, uint32_t count, void (*task)(void *data, uint32_t index), void *data);
 
+/** What an open hook is asked for: a file to read, or the folder that a file is to be made in. */
+typedef enum rt_open_mode { RT_OPEN_READ = 0, RT_OPEN_FOLDER } rt_open_mode;
+#define RT_OPEN_DEFAULT (-2)
+
+/** Opens files in the library's place: meshes, what they name (material files, textures), images and saved scenes. For hosts that keep files to
+ *  some folders, or hand out descriptors that were opened elsewhere.
+ *  path     in   as the caller or a file named it; "-" (standard output) is never asked
+ *  mode     in   RT_OPEN_READ: a descriptor to read from; it must be a regular file. RT_OPEN_FOLDER: a descriptor of the folder in which the file
+ *                that path's last part names is made and put in place by renaming; links there are replaced, not followed
+ *  why      out  [why_size] the reason of a refusal, a part of a sentence with its NUL; empty: errno tells
+ *  Returns a descriptor that the library closes, -1 for a refusal (RT_ERROR_IO), or RT_OPEN_DEFAULT: as without a hook.
+ *  Threads any that reads or writes a file, at the same time */
+typedef int (*rt_open_fn)(void *user, const char *path, rt_open_mode mode, char *why, size_t why_size);
+
 typedef struct rt_context_desc {
     uint32_t struct_size;
     uint32_t workers; /**< threads that compute; 0: the CPUs this process may use (affinity, cgroup quota); 1: only the caller's. At most 1024 */
@@ -78,6 +92,8 @@ typedef struct rt_context_desc {
     rt_parallel_fn parallel; /**< NULL: own threads, started on first need, ended with the context */
     void *parallel_user;
     uint64_t memory_limit; /**< bytes this context may hold at once; 0: no limit of its own */
+    rt_open_fn open;       /**< NULL: files are opened by their names with the rights of the process */
+    void *open_user;
 } rt_context_desc;
 
 /** Descriptor with every default written. */
