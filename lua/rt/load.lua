@@ -1,6 +1,7 @@
 -- Running scene scripts, and showing mesh files.
 
 local check = require "rt.check"
+local guard = require "rt.guard"
 local run = require "rt.run"
 local params = require "rt.params"
 local settings = require "rt.settings"
@@ -29,7 +30,7 @@ local function as_scene(value)
 end
 
 local function run_script(r)
-  local chunk, message = loadfile(r.path, "t")
+  local chunk, message = guard.load(r)
   if not chunk then
     if not message:find(r.path, 1, true) then -- Lua names no file for bytecode, for one
       message = r.path .. ": " .. message
@@ -94,7 +95,7 @@ function load.load(path, overrides, options)
   if ending == "lua" then
     local value = run_script(r)
     params.check_used(r)
-    return as_scene(value), r
+    return run.call(r, as_scene, value), r -- a table of the script's may have functions of its own
   end
   no_params(r, "a file of this kind")
   if MESHES[ending] then
@@ -112,7 +113,7 @@ end
 -- program with rtray's options for rendering.
 function load.main(value)
   local r = run.current()
-  if not (r and r.is_program) then
+  if not (r and run.is_program(r)) then
     if r then
       r.main_value = value
     end

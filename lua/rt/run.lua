@@ -2,9 +2,11 @@
 -- stack: C looks for the script's line no further up than here (common.c).
 
 local core = require "rt.core"
+local guard = require "rt.guard"
 
 local run = {}
 local current
+local program -- the run of the script that lua5.4 was started with
 
 -- path: the script's file; folder: what relative names in it are relative to, "" or with a final slash.
 function run.new(path, options)
@@ -47,7 +49,9 @@ function run.call(r, f, ...)
   end
   package.path = own .. ";" .. before_path
   current = r
+  guard.depth(1)
   local results = table.pack(pcall(f, ...))
+  guard.depth(-1)
   current, package.path = before_run, before_path
   for name in next, package.loaded do
     local file = type(name) == "string" and not loaded[name] and not package.preload[name] and package.searchpath(name, own)
@@ -58,7 +62,7 @@ function run.call(r, f, ...)
   end
   if not results[1] then
     local raised = results[2]
-    if type(raised) ~= "string" and not (type(raised) == "table" and raised.status) then -- rtray's own faults have a status
+    if type(raised) ~= "string" then
       raised = ("%s: the script raised a %s instead of a message"):format(tostring(r.path), type(raised))
     end
     error(raised, 0)
@@ -86,7 +90,7 @@ function run.detect_program()
     return
   end
   local r = run.new(arguments[0])
-  r.is_program = true
+  program = r
   local i = 1
   while arguments[i] do
     local option, text = tostring(arguments[i]), arguments[i + 1]
@@ -113,7 +117,7 @@ function run.place_of(f)
     return ""
   end
   local last
-  local file = io.open(path, "rb")
+  local file = guard.open(path)
   if file then
     local number = 0
     for line in file:lines() do
@@ -127,6 +131,10 @@ function run.place_of(f)
   return ("%s:%d: "):format(path, last or info.linedefined)
 end
 
+function run.is_program(r)
+  return r == program
+end
+
 -- `return rt.scene { ... }` is a tail call, which takes the script from the stack: its place is then that last `return`.
 core.on_lost_place(function()
   if not current or not current.path then
@@ -135,7 +143,7 @@ core.on_lost_place(function()
     return run.place_of(current.inner)
   end
   local last
-  local file = io.open(current.path, "rb")
+  local file = guard.open(current.path)
   if file then
     local number = 0
     for line in file:lines() do

@@ -3,6 +3,7 @@
 local core = require "rt.core"
 local check = require "rt.check"
 local class = require "rt.class"
+local guard = require "rt.guard"
 local image = require "rt.image"
 local items = require "rt.items"
 local job = require "rt.job"
@@ -303,7 +304,9 @@ local function commit(self, values)
     self.dirty = commit(child, values) or self.dirty
   end
   if self.dirty or self.committed ~= key then
+    local before = guard.phase "in the build of the trees"
     core.scene_commit(self.handle, wanted)
+    guard.phase(before)
     self.dirty, self.committed = false, key
     log.deliver()
     return true

@@ -1,6 +1,7 @@
 -- What an old scene definition means in constructors of the module rt. Each object becomes a node { constructor, { key, value }, ... }:
 -- sdf_scene.load calls the constructors, sdf_script.lua prints them, so that both give the same scene.
 
+local guard = require "rt.guard"
 local sdf = require "rt.sdf"
 
 local scene = {}
@@ -78,7 +79,7 @@ end
 
 -- Reads a file with a sink, naming it in every message.
 function scene.read(path, sink)
-  local file, why = io.open(path, "rb")
+  local file, why = guard.open(path)
   if not file then
     error(why, 0)
   end

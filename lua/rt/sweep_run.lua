@@ -4,6 +4,7 @@
 local core = require "rt.core"
 local axis = require "rt.axis"
 local check = require "rt.check"
+local guard = require "rt.guard"
 local json = require "rt.json"
 local run = require "rt.run"
 local scene = require "rt.scene"
@@ -296,11 +297,12 @@ end
 
 -- Answers a request: the answer, or nil and a message.
 function sweep_run.answer(request)
+  guard.restart()
   local results = table.pack(pcall(answers[request.kind], request))
   if results[1] then
     return results[2]
   end
-  local raised = results[2]
+  local raised = guard.told(results[2])
   return nil, type(raised) == "table" and raised.message or tostring(raised)
 end
 

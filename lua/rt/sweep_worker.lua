@@ -24,7 +24,7 @@ local function own_command()
   if not program then
     return nil
   elseif package.loaded["rtray.sys"] then
-    return { program, "answer" }
+    return { program, "answer", table.unpack(require("rt.guard").arguments) }
   elseif (program:match "[^/]*$"):find "^lua" then
     return { program, "-e", SERVE, env = { RT_SWEEP_PATH = package.path, RT_SWEEP_CPATH = package.cpath } }
   end

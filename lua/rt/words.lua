@@ -23,6 +23,21 @@ function words.quote(text, most)
   return (text:gsub("[%c\127-\255]", hex))
 end
 
+-- Foreign text as a terminal may show it: lines and tabs stay, other control characters become \xNN.
+function words.visible(text)
+  local hex = function(bytes)
+    return (bytes:gsub(".", function(c)
+      return ("\\x%02X"):format(c:byte())
+    end))
+  end
+  if not utf8.len(text) then
+    text = text:gsub("[\128-\255]", hex)
+  end
+  return (text:gsub("[%c\127]", function(c)
+    return c ~= "\n" and c ~= "\t" and hex(c) or nil
+  end):gsub("\xC2[\x80-\x9F]", hex)) -- the control characters of Latin-1, as UTF-8
+end
+
 -- Edits (insert, drop, replace, swap neighbours) between two words.
 local function distance(a, b)
   local before, row = nil, {}

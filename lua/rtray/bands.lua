@@ -2,6 +2,7 @@
 
 local sys = require "rtray.sys"
 local json = require "rtray.json"
+local limits = require "rtray.limits"
 local output = require "rtray.output"
 local progress = require "rtray.progress"
 local report = require "rtray.report"
@@ -36,8 +37,8 @@ function bands.render(opened, target, values)
   })
   output.clear_line()
   if not whole then
-    output.note("rtray render: interrupted at %d%%; an image in bands is written whole or not at all: %s is as it was", math.floor(at * 100),
-      target.path)
+    output.note("rtray render: %s at %d%%; an image in bands is written whole or not at all: %s is as it was", limits.told() or "interrupted",
+      math.floor(at * 100), target.path)
     return 1
   end
   sys.defer(false)

@@ -3,24 +3,22 @@
 
 local sys = require "rtray.sys"
 local output = require "rtray.output"
+local sandbox = require "rtray.sandbox"
 local source = require "rtray.source"
 
 local child = {}
 
 -- The options that decide what a scene is, as a command line has them.
 local function scene_arguments(values)
-  local list = {}
-  for _, define in ipairs(values.define or {}) do
-    list[#list + 1] = "-D" .. define.name .. "=" .. define.text
-  end
+  local list = sandbox.arguments(values)
   if values.set then
     list[#list + 1] = "--set=" .. values.set
   end
-  if values.frame then
-    list[#list + 1] = ("--frame=%d"):format(values.frame)
-  end
   if values.seed then
     list[#list + 1] = ("--seed=%d"):format(values.seed)
+  end
+  if values.frame then
+    list[#list + 1] = ("--frame=%d"):format(values.frame)
   end
   return list
 end

@@ -176,8 +176,8 @@ then read from standard input without a prompt.]],
   },
   -- What commands run in processes of their own (child.lua).
   {
-    name = "answer", summary = "answer the requests of a sweep", hidden = true, arguments = {}, module = "rtray.sweep", entry = "answer",
-    options = options.take(), text = "Requests are JSON lines on standard input. Used by sweep.", examples = { "rtray answer" },
+    name = "answer", summary = "answer the requests of a sweep", hidden = true, arguments = { SCENE }, module = "rtray.sweep", entry = "answer",
+    options = options.take("define"), text = "Requests are JSON lines on standard input. Used by sweep.", examples = { "rtray answer x.lua" },
   },
   {
     name = "describe", summary = "print the hash of a scene's description", hidden = true, arguments = { SCENE }, module = "rtray.child",

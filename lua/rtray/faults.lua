@@ -1,5 +1,6 @@
 -- What was raised, as { status, message }: 1 the scene or a file, 2 the command line, 3 the machine.
 
+local limits = require "rtray.limits"
 local sys = require "rtray.sys"
 
 local faults = {}
@@ -27,15 +28,23 @@ local function is_machine(message)
   return false
 end
 
+-- A fault of the program's own: a plain table, for a script's may have functions in it.
+local function is_fault(raised)
+  return type(raised) == "table" and getmetatable(raised) == nil and math.type(raised.status) == "integer" and raised.status > 0 and type(raised.message) == "string"
+end
+
 function faults.of(raised)
-  if type(raised) == "table" and raised.status then
+  local ran_out = limits.told(raised)
+  if ran_out then
+    return { status = 1, message = ran_out }
+  elseif is_fault(raised) then
     return raised
-  end
-  local message = tostring(raised)
-  if sys.interrupted() then
+  elseif type(raised) ~= "string" then
+    return { status = 1, message = ("the script raised a %s instead of a message"):format(type(raised)) }
+  elseif sys.interrupted() then
     return { status = 1, message = "interrupted" }
   end
-  return { status = is_machine(message) and 3 or 1, message = message }
+  return { status = is_machine(raised) and 3 or 1, message = raised }
 end
 
 return faults

@@ -8,7 +8,7 @@ local words = require "rt.words"
 local help = {}
 
 help.statuses = {
-  { 0, "done" }, { 1, "the scene or a file is at fault" }, { 2, "the command line" }, { 3, "the machine (disk, memory)" },
+  { 0, "done" }, { 1, "the scene or a file is at fault, or --limit ran out" }, { 2, "the command line" }, { 3, "the machine (disk, memory)" },
   { 4, "ran well and the answer is no (compare, verify)" },
 }
 

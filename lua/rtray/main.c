@@ -1,4 +1,5 @@
 /* rtray: a Lua state with the module rt and the program's own Lua files; rtray.main does the rest. */
+#include "binding.h"
 #include "rtray.h"
 
 #include <stdint.h>
@@ -46,11 +47,36 @@ static void require(lua_State *L, const char *name)
     lua_call(L, 1, 1);
 }
 
+/* As luaL_newstate sets it: a fault of the program itself, outside of every protected call. */
+static int panic(lua_State *L)
+{
+    const char *message = lua_tostring(L, -1);
+    fprintf(stderr, "rtray: %s\n", message ? message : "an error that is no text");
+    return 0;
+}
+
+/* Warnings of Lua are off until a script says warn "@on", as in luaL_newstate. */
+static void on_warning(void *user, const char *message, int more)
+{
+    static int on, inside;
+    (void)user;
+    if (!inside && !more && message[0] == '@') {
+        on = strcmp(message, "@on") == 0 ? 1 : strcmp(message, "@off") == 0 ? 0 : on;
+    } else if (on) {
+        fprintf(stderr, "%s%s%s", inside ? "" : "Lua warning: ", message, more ? "" : "\n");
+    }
+    inside = more;
+}
+
 /* main(argc, argv): leaves the exit status on the stack. */
 static int run(lua_State *L)
 {
     int argc = (int)lua_tointeger(L, 1);
     char **argv = lua_touserdata(L, 2);
+    rt_context_desc desc = rt_context_desc_default();
+    desc.allocate = rtray_allocate;
+    desc.open = rtray_guard_open;
+    rtl_context_defaults(L, &desc);
     luaL_openlibs(L);
     preload(L);
     rtray_catch_signals(L);
@@ -68,11 +94,13 @@ static int run(lua_State *L)
 
 int main(int argc, char **argv)
 {
-    lua_State *L = luaL_newstate();
+    lua_State *L = lua_newstate(rtray_allocate, NULL);
     if (!L) {
         fputs("rtray: out of memory\n", stderr);
         return STATUS_MACHINE;
     }
+    lua_atpanic(L, panic);
+    lua_setwarnf(L, on_warning, NULL);
     lua_pushcfunction(L, run);
     lua_pushinteger(L, argc);
     lua_pushlightuserdata(L, argv);

@@ -5,6 +5,7 @@ local cli = require "rtray.cli"
 local help = require "rtray.help"
 local output = require "rtray.output"
 local faults = require "rtray.faults"
+local words = require "rt.words"
 
 local function dispatch(argv)
   local first = argv[1]
@@ -39,8 +40,11 @@ return function(argv)
   if ok then
     return result
   end
+  if type(result) ~= "table" then -- Lua calls no handler when memory is lacking
+    result = faults.of(result)
+  end
   local where = commands[argv[1]] and "rtray " .. argv[1] or "rtray"
-  output.note("%s: %s", where, result.message)
+  output.note("%s: %s", where, words.visible(result.message))
   if result.status == 2 then
     output.note("Try `rtray help%s`.", result.usage and " " .. result.usage or "")
   end

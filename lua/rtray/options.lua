@@ -17,6 +17,10 @@ row("output", { "-o", "--output" }, "file", "FILE", "write to FILE; - is standar
 row("define", { "-D", "--define" }, "define", "NAME=VALUE", "set a declared parameter of the script (repeatable)", { many = true })
 row("set", { "--set" }, "text", "NAME", "choose one of the script's parameter sets")
 
+row("trust", { "--trust" }, nil, nil, "run the script with all libraries and the user's rights, outside of the sandbox")
+row("allow_read", { "--allow-read" }, "folder", "FOLDER", "let a script in the sandbox read below FOLDER too (repeatable)", { many = true })
+row("limit", { "--limit" }, "limits", "time=T,memory=M", "end what takes longer than T (10s, 2m) or more memory than M (512M, 2G)")
+
 row("size", { "-s", "--size" }, "size", "WxH", "size of the image in pixels")
 row("samples", { "-n", "--samples" }, "count", "N", "samples a pixel", { low = 1, high = 65536, setting = "samples" })
 row("workers", { "-j", "--workers" }, "count", "N", "threads that compute; 0: all CPUs", { low = 0, high = 1024, setting = "workers" })
@@ -101,11 +105,14 @@ row("color", { "--color" }, "choice", "WHAT", "what the colour of a cell shows: 
 row("sample", { "--sample" }, "count", "N", "tell this sample alone", { low = 0, high = 65535 })
 row("all_samples", { "--all" }, nil, nil, "tell all samples")
 
--- The rows of some keys, in the given order, the help last.
+-- The rows of some keys, in the given order, the help last. What runs a script (it takes `define`) takes what guards the machine from it.
 function options.take(...)
   local list = {}
   for _, key in ipairs { ... } do
     list[#list + 1] = assert(options[key], key)
+    if key == "define" then
+      table.move({ options.trust, options.allow_read, options.limit }, 1, 3, #list + 1, list)
+    end
   end
   list[#list + 1] = options.help
   return list

@@ -5,6 +5,7 @@ local bands = require "rtray.bands"
 local cli = require "rtray.cli"
 local files = require "rtray.files"
 local json = require "rtray.json"
+local limits = require "rtray.limits"
 local output = require "rtray.output"
 local options = require "rtray.options"
 local progress = require "rtray.progress"
@@ -66,6 +67,7 @@ local function attend(job, values, shown, stale)
     shown:update(done, rays_of(job))
     if not asked and (sys.interrupted() or stale and stale()) then
       asked = true
+      limits.grace(30)
       job:cancel()
     end
     if values.preview and sys.now() >= next_preview then
@@ -76,12 +78,12 @@ local function attend(job, values, shown, stale)
 end
 
 local function interrupted(target, done, saved)
-  local percent = math.floor(done * 100)
+  local percent, what = math.floor(done * 100), limits.told() or "interrupted"
   if not saved then
-    output.note("rtray render: interrupted at %d%%; nothing was finished, so nothing was written", percent)
+    output.note("rtray render: %s at %d%%; nothing was finished, so nothing was written", what, percent)
   else
-    output.note("rtray render: interrupted at %d%%; what is finished is in %s, the rest is transparent black. The same command renders it whole.",
-      percent, types.quote(target.path))
+    output.note("rtray render: %s at %d%%; what is finished is in %s, the rest is transparent black. The same command renders it whole.",
+      what, percent, types.quote(target.path))
   end
   return 1 -- the signal ends the process, see main.c
 end

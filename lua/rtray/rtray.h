@@ -5,6 +5,8 @@
 
 #include <stddef.h>
 
+#include <librt/rt.h>
+
 #include <lauxlib.h>
 #include <lua.h>
 
@@ -32,5 +34,15 @@ void rtray_open_claim(lua_State *L);
 void rtray_catch_signals(lua_State *L);
 /** Ends the process by the signal that was caught, so that the shell sees it; returns when none was. */
 void rtray_end_by_signal(void);
+/** Takes back what the limit of time has asked for. */
+void rtray_forget_time(void);
+
+/** The open hook of the renderer's context (guard.c). Threads: any. */
+int rtray_guard_open(void *user, const char *path, rt_open_mode mode, char *why, size_t why_size);
+/** Allocator of the Lua state and of the renderer's context, on one account (limits.c). Threads: any. */
+void *rtray_allocate(void *user, void *ptr, size_t old_size, size_t new_size);
+/** Add their functions to the table on the top of the stack. [-0, +0], raises. */
+void rtray_open_guard(lua_State *L);
+void rtray_open_limits(lua_State *L);
 
 #endif

@@ -7,9 +7,10 @@
 #include <string.h>
 #include <time.h>
 
-static volatile sig_atomic_t caught;   /* the first signal, 0: none */
-static volatile sig_atomic_t deferred; /* the program polls sys.interrupted */
-static struct timespec caught_at;      /* written by the handler alone, which no other signal of ours interrupts */
+static volatile sig_atomic_t caught;    /* the first signal, 0: none */
+static volatile sig_atomic_t timed_out; /* the limit of time ran out (limits.c) */
+static volatile sig_atomic_t deferred;  /* the program polls sys.interrupted */
+static struct timespec caught_at;       /* written by the handler alone, which no other signal of ours interrupts */
 static lua_State *volatile state;
 
 static void raise_interrupted(lua_State *L, lua_Debug *ar)
@@ -49,6 +50,24 @@ static void on_signal(int signo)
     }
 }
 
+/* The watch of limits.c asks. Its signal is sent to the main thread alone. */
+static void on_time_out(int signo)
+{
+    (void)signo;
+    timed_out = 1;
+    if (!deferred && state) {
+        lua_sethook(state, raise_interrupted, LUA_MASKCALL | LUA_MASKRET | LUA_MASKLINE | LUA_MASKCOUNT, 1);
+    }
+}
+
+void rtray_forget_time(void)
+{
+    if (timed_out && !caught && state) {
+        lua_sethook(state, NULL, 0, 0);
+    }
+    timed_out = 0;
+}
+
 void rtray_catch_signals(lua_State *L)
 {
     static const int signals[] = {SIGINT, SIGTERM};
@@ -65,6 +84,11 @@ void rtray_catch_signals(lua_State *L)
         sigaddset(&action.sa_mask, SIGTERM);
         sigaction(signals[i], &action, NULL);
     }
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = on_time_out;
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGALRM, &action, NULL);
 }
 
 void rtray_end_by_signal(void)
@@ -80,9 +104,13 @@ void rtray_end_by_signal(void)
     }
 }
 
-/* interrupted(): "SIGINT" or "SIGTERM" once one was caught, else nil. */
+/* interrupted(): "SIGINT" or "SIGTERM" once one was caught, "time" once the limit of time ran out, else nil. */
 static int interrupted(lua_State *L)
 {
+    if (!caught && timed_out) {
+        lua_pushliteral(L, "time");
+        return 1;
+    }
     if (!caught) {
         return 0;
     }

@@ -5,6 +5,7 @@ local cli = require "rtray.cli"
 local types = require "rtray.types"
 local options = require "rtray.options"
 local output = require "rtray.output"
+local sandbox = require "rtray.sandbox"
 
 local source = {}
 
@@ -46,21 +47,6 @@ local function blame(command, raised)
   error(message, 0)
 end
 
--- Standard output carries an image or JSON: what a script prints goes to standard error instead.
-local function keep_clear(values)
-  if not (values.json or values.output == "-") then
-    return
-  end
-  io.output(io.stderr)
-  function _G.print(...)
-    local texts = table.pack(...)
-    for i = 1, texts.n do
-      texts[i] = tostring(texts[i])
-    end
-    io.stderr:write(table.concat(texts, "\t"), "\n")
-  end
-end
-
 -- The scene of an animation's frame: the one asked for, or the first.
 local function frame_of(animation, values, command)
   local frame = values.frame or 0
@@ -85,7 +71,13 @@ function source.load(path, values, command, more)
       output.note("rtray: %s: %s", level, message)
     end
   end)
-  keep_clear(values)
+  if values.json or values.output == "-" then -- standard output carries an image or JSON
+    sandbox.print_to(io.stderr)
+    io.output(io.stderr)
+  end
+  sandbox.configure(path, values, function(...)
+    cli.fault(command, ...)
+  end)
   local settings = source.settings(values)
   for name, value in pairs(more or {}) do
     settings[name] = value

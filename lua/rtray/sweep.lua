@@ -5,6 +5,7 @@ local cli = require "rtray.cli"
 local files = require "rtray.files"
 local output = require "rtray.output"
 local source = require "rtray.source"
+local sandbox = require "rtray.sandbox"
 local sweep = require "rt.sweep"
 local types = require "rtray.types"
 
@@ -160,12 +161,19 @@ local function check_scene_file(path)
   end
 end
 
+local function guard_scene(command, values, path)
+  sandbox.configure(path, values, function(...)
+    cli.fault(command, ...)
+  end)
+end
+
 function command_of.run(command, values, arguments)
   local t = wanted(command, values, arguments)
   if not t.output and not t.dry then
     t.output = files.stem_of(arguments[1]) .. ".sweep"
   end
   check_scene_file(arguments[1])
+  guard_scene(command, values, arguments[1])
   local ok, results = pcall(sweep.execute, t)
   if not ok then
     output.clear_line()
@@ -190,7 +198,9 @@ function command_of.run(command, values, arguments)
 end
 
 -- rtray answer: requests on standard input, answers on standard output (rt.sweep_run).
-function command_of.answer()
+function command_of.answer(command, values, arguments)
+  sandbox.print_to(io.stderr)
+  guard_scene(command, values, arguments[1])
   require("rt.sweep_run").serve(function(line)
     sys.write(1, line)
   end)

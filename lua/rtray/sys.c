@@ -136,5 +136,7 @@ int rtray_open_sys(lua_State *L)
     rtray_open_signals(L);
     rtray_open_sha256(L);
     rtray_open_claim(L);
+    rtray_open_guard(L);
+    rtray_open_limits(L);
     return 1;
 }

@@ -122,6 +122,33 @@ function readers.bytes(_, text)
   return math.tointeger(tonumber(digits) * UNITS[unit:lower()])
 end
 
+local SECONDS = { [""] = 1, s = 1, ms = 0.001, m = 60, min = 60, h = 3600 }
+
+-- time=10s,memory=2G: { seconds, bytes, time and memory as they were written }
+function readers.limits(_, text)
+  local limits = { text = text }
+  for part in (text .. ","):gmatch "([^,]*)," do
+    local name, value = part:match "^(%l+)=(.+)$"
+    if name == "time" then
+      local digits, unit = value:match "^(%d*%.?%d+)(%l*)$"
+      local seconds = digits and SECONDS[unit] and tonumber(digits) * SECONDS[unit]
+      if not seconds or seconds <= 0 or seconds > 1e8 then
+        return nil, "a time is expected, as in time=10s, time=2m or time=500ms"
+      end
+      limits.seconds, limits.time = seconds, value
+    elseif name == "memory" then
+      local bytes, why = readers.bytes(nil, value)
+      if not bytes or bytes < 2 ^ 20 then
+        return nil, why or "at least 1M of memory is expected"
+      end
+      limits.bytes, limits.memory = bytes, value
+    else
+      return nil, "time=T, memory=M or both are expected, as in time=10s,memory=2G"
+    end
+  end
+  return limits
+end
+
 function readers.choice(option, text)
   for _, choice in ipairs(option.choices) do
     if choice == text then

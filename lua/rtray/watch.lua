@@ -61,6 +61,9 @@ function watch.run(path, values, command, once)
       stamps[1].stamp = before -- a change while the script ran counts
       return once(opened, eye(stamps))
     end, faults.of)
+    if not ok and type(result) ~= "table" then -- Lua calls no handler when memory is lacking
+      result = faults.of(result)
+    end
     if sys.interrupted() then
       return 1
     elseif not ok then

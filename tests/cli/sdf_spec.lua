@@ -57,7 +57,8 @@ describe("the old scene definition files", function()
     for _, size in ipairs { "50x35", "33x47", "100x70" } do
       local files = { scenes .. "paper.lua", scenes .. "paper.sdf", folder .. "/paper2.lua" }
       for i, path in ipairs(files) do
-        assert.equal(0, rtray({ "render", path, "--size", size, "-q", "-o", ("%s/%s_%d.hdr"):format(folder, size, i) }).status)
+        local r = rtray { "render", path, "--allow-read", scenes, "--size", size, "-q", "-o", ("%s/%s_%d.hdr"):format(folder, size, i) }
+        assert.equal(0, r.status, r.err)
       end
       for i = 2, 3 do
         local r = rtray { "compare", ("%s/%s_1.hdr"):format(folder, size), ("%s/%s_%d.hdr"):format(folder, size, i) }

@@ -136,7 +136,7 @@ describe("the module", function()
         support.write(folder .. "/s.lua", [[
           local rt, cjson = require "rt", require "cjson"
           return rt.scene { rt.sphere(cjson.decode '{"center": [0, 0, 0], "radius": 1}') }]])
-        assert.is_true(os.execute(("%s render %s/s.lua --size 4x4 -n 1 -o %s/s.png --quiet"):format(program, folder, folder)))
+        assert.is_true(os.execute(("%s render %s/s.lua --trust --size 4x4 -n 1 -o %s/s.png --quiet"):format(program, folder, folder)))
       end)
     end
   end)
