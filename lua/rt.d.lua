@@ -859,6 +859,12 @@ function rt.label_size(text, options) end
 ---@return rt.image
 function rt.contact_sheet(desc) end
 
+---Makes the report of a sweep again from its folder: index.html, contact sheets, plots by gnuplot when it is installed.
+---@param folder string relative to where the program runs
+---@param options? { plots: boolean?, sheets: boolean? } false leaves them out
+---@return { page: string, files: string[], notes: string[] } made notes: what could not be done, in sentences
+function rt.report(folder, options) end
+
 ---A number in [0, 1) that depends on the keys alone: the recommended randomness of scenes.
 ---@param key number|string
 ---@param ... number|string
@@ -1064,6 +1070,7 @@ function rt.main(value) end
 ---@field set? string
 ---@field seed? integer
 ---@field images? boolean false: keep none
+---@field report? boolean false: no page, contact sheets and plots in the folder
 ---@field timeout? number seconds; a run that takes longer fails
 ---@field restart? boolean drop what the folder holds
 ---@field force? boolean keep rows of another machine or version, marked

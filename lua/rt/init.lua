@@ -37,6 +37,9 @@ local rt = {
   vec = vec.make, srgb = vec.srgb, transform = transform.make, translate = transform.translate, scale = transform.scale, rotate = transform.rotate,
   buffer = core.buffer, image = image.new, image_text = image.text, compare = image.compare, random = core.random,
   contact_sheet = require "rt.contact_sheet", label_size = draw.label_size,
+  report = function(...)
+    return require("rt.report").make(...) -- a large part that few scripts need
+  end,
   -- animation
   animation = animation.new, keys = keys.make, ease = ease.make, quat = quat.make, path = path.make, orbit = path.orbit, look_at = path.look_at,
   -- scripts

@@ -37,7 +37,7 @@ local fields = {
   end,
   reference = check.string, output = check.string, set = check.string, seed = check.integer { low = math.mininteger, high = math.maxinteger },
   preset = check.choice { "jpvm", "strong", "weak", "structures", "tiles" }, images = check.boolean, timeout = check.number { above = 0 },
-  restart = check.boolean, force = check.boolean, wait = check.boolean, progress = check.callable, note = check.callable,
+  report = check.boolean, restart = check.boolean, force = check.boolean, wait = check.boolean, progress = check.callable, note = check.callable,
   interrupted = check.callable,
   parameters = function(value, who, key) return check.plain_table(value, who .. ": " .. key, "{ ior = 1.5 }") end,
   settings = function(value) return require("rt.settings").check(value, "rt.sweep: settings") end,
@@ -224,6 +224,9 @@ local function execute(t)
     error(raised, 0)
   end
   sweep_work.write_tables(s, results)
+  if s.store and s.report ~= false then
+    results.report = require("rt.report").write(s.output)
+  end
   return results, store
 end
 

@@ -134,7 +134,7 @@ Times the builders of the trees, then renders of the scene for each structure an
     name = "sweep", summary = "render a scene over a grid of parameters and settings; measure it", module = "rtray.sweep", arguments = { SCENE },
     options = options.take("over", "preset", "zip", "folder", "runs", "warmup", "in_process", "reference", "measure", "size", "samples", "workers",
       "define", "set", "integrator", "tracer", "builder", "tile", "schedule", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter",
-      "crop", "seed", "memory_limit", "no_images", "timeout", "restart", "force_mix", "wait", "dry_run", "progress", "quiet", "json"),
+      "crop", "seed", "memory_limit", "no_images", "no_report", "timeout", "restart", "force_mix", "wait", "dry_run", "progress", "quiet", "json"),
     text = [[
 An axis is a parameter of the script or a setting: workers, tile, schedule, size, samples, tracer, builder, integrator, accel, set and the
 others that `rtray render --settings` lists. Values are lists (1,2,4), ranges with their last value (1:2.5:0.25), factors (1:16:*2), sizes
@@ -150,6 +150,17 @@ is there. A point that fails is noted, the others go on, and the exit status is 
       "rtray sweep scenes/paper.lua --preset jpvm -o report",
       "rtray sweep scenes/cornell.lua --over samples=4:256:*4 --reference samples=256 -o noise",
     },
+  },
+  {
+    name = "report", summary = "make the page of a sweep again, with its plots and contact sheets", module = "rtray.report_command",
+    arguments = { { name = "DIR", type = "folder" } },
+    options = options.take("no_plots", "json", "quiet"),
+    text = [[
+DIR is a folder that a sweep has written. From its results.json are made: index.html, a page that needs no network and opens from the
+file, with plots, a table that can be sorted, the images side by side and what is to be known about the machine; contact.png with all
+images; plots/ with each plot as SVG and PNG and the script plots.gp they come from, when gnuplot is installed. Nothing is measured
+again. The page's path is printed.]],
+    examples = { "rtray report report/", "rtray report report/ --no-plots" },
   },
   {
     name = "repl", summary = "read and run Lua lines, with rt loaded", module = "rtray.repl",

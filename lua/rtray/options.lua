@@ -96,6 +96,8 @@ row("restart", { "--restart" }, nil, nil, "drop what the folder holds and begin 
 row("force_mix", { "--force" }, nil, nil, "keep rows of another machine or version, marked")
 row("wait", { "--wait" }, nil, nil, "wait while another process works on the folder")
 row("dry_run", { "--dry-run" }, nil, nil, "print the points and end")
+row("no_report", { "--no-report" }, nil, nil, "make no page, contact sheets and plots; `rtray report DIR` makes them later")
+row("no_plots", { "--no-plots" }, nil, nil, "do not run gnuplot; the page has its own plots all the same")
 row("force", { "-f", "--force" }, nil, nil, "replace an existing file")
 
 row("folder", { "-o", "--output" }, "folder", "DIR", "write pictures into the folder DIR, which is made")

@@ -146,7 +146,8 @@ local function wanted(command, values, arguments)
     scene = arguments[1], over = over, parameters = parameters_of(values), settings = source.settings(values), set = values.set, seed = values.seed,
     runs = values.runs, warmup = values.warmup, zip = values.zip, in_process = values.in_process, measure = values.measure,
     reference = values.reference, preset = values.preset, output = values.folder, images = not values.no_images, timeout = values.timeout,
-    restart = values.restart, force = values.force_mix, wait = values.wait, interrupted = sys.interrupted, dry = values.dry_run,
+    report = not values.no_report, restart = values.restart, force = values.force_mix, wait = values.wait, interrupted = sys.interrupted,
+    dry = values.dry_run,
     command = table.move(values.words, 1, #values.words, 2, { "rtray" }), progress = progress(values),
     note = function(text)
       output.note("rtray sweep: %s", text)
@@ -193,6 +194,12 @@ function command_of.run(command, values, arguments)
     print_table(results)
     print_study(results)
     output.print("%s holds results.csv, runs.csv, results.json%s", types.quote(t.output), t.images and " and images" or "")
+    if results.report then
+      for _, note in ipairs(results.report.notes) do
+        output.note("rtray sweep: %s", types.quote(note):sub(2, -2))
+      end
+      output.print("%s shows it", types.quote(results.report.page))
+    end
   end
   return status_of(results)
 end

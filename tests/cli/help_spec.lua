@@ -1,7 +1,7 @@
 local support = require "support"
 local rtray = support.rtray
 
-local COMMANDS = { "render", "info", "tree", "pixel", "params", "convert", "compare", "verify", "bench", "sweep", "repl", "help" }
+local COMMANDS = { "render", "info", "tree", "pixel", "params", "convert", "compare", "verify", "bench", "sweep", "report", "repl", "help" }
 
 describe("help", function()
   it("lists every command", function()
@@ -132,7 +132,7 @@ describe("completions", function()
         "_rtray", "printf '%s\\n' \"${COMPREPLY[@]}\"" }, "\n"))
       return support.shell("bash try.sh", folder).out
     end
-    assert.equal("render\nrepl\n", complete "rtray re")
+    assert.equal("render\nreport\nrepl\n", complete "rtray re")
     assert.equal("--samples\n--stats\n--settings\n", (complete "rtray render --s":gsub("%-%-[^\n]*\n", function(name)
       return name:find "^%-%-s[ate]" and not name:find "^%-%-seed" and not name:find "%-%-set\n" and name or ""
     end)))

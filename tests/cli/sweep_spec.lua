@@ -69,7 +69,7 @@ end
 
 -- rtray sweep x.lua ... -o out -q in a folder.
 local function sweep(folder, ...)
-  return rtray { "sweep", "x.lua", "-o", "out", "-q", cwd = folder, ... }
+  return rtray { "sweep", "x.lua", "-o", "out", "-q", "--no-report", cwd = folder, ... }
 end
 
 local function lines_of(path, pattern)
