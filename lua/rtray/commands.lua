@@ -182,8 +182,9 @@ then read from standard input without a prompt.]],
     text = "SHELL is bash, zsh or fish.", examples = { "rtray completion bash > /etc/bash_completion.d/rtray" },
   },
   {
-    name = "manual", summary = "print the manual page", hidden = true, arguments = {}, module = "rtray.manual", options = options.take("output"),
-    text = "For man(1).", examples = { "rtray manual > rtray.1" },
+    name = "manual", summary = "print a manual page", hidden = true, arguments = { { name = "COMMAND", type = "command", optional = true } },
+    module = "rtray.manual", options = options.take("output"),
+    text = "For man(1): the page of the program or of a command; with -o FOLDER/ all of them, as files.", examples = { "rtray manual sweep | man -l -" },
   },
   -- What commands run in processes of their own (child.lua).
   {

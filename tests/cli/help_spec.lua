@@ -1,7 +1,7 @@
 local support = require "support"
 local rtray = support.rtray
 
-local COMMANDS = { "render", "info", "tree", "pixel", "params", "convert", "compare", "verify", "bench", "sweep", "report", "repl", "help" }
+local COMMANDS = { "render", "animate", "info", "tree", "pixel", "params", "convert", "compare", "verify", "bench", "sweep", "report", "repl", "help" }
 
 describe("help", function()
   it("lists every command", function()
@@ -42,17 +42,26 @@ describe("help", function()
     assert.truthy(r.out:find "^rtray %d+%.%d+%.%d+\n$")
   end)
 
-  it("is a manual page too", function()
-    local text = rtray({ "manual" }).out
-    assert.truthy(text:find('^%.TH RTRAY 1 '))
-    for _, name in ipairs(COMMANDS) do
-      assert.truthy(text:find('.SS "rtray ' .. name, 1, true), name)
+  it("is manual pages too, one for the program and one for each command", function()
+    local folder = support.folder()
+    assert.equal(0, rtray({ "manual", "-o", folder .. "/" }).status)
+    local groff = support.shell("command -v groff").status == 0
+    local function check(file, head)
+      local text = support.read(folder .. "/" .. file)
+      assert.equal(head, text:match "^(%.TH %S+ 1) ")
+      if groff then
+        local r = support.shell("groff -man -ww -Tascii " .. support.quote(folder .. "/" .. file))
+        assert.equal("", r.err)
+        assert.equal(0, r.status)
+      end
+      return text
     end
-    if support.shell("command -v groff").status == 0 then
-      local file = support.write(support.folder() .. "/rtray.1", text)
-      local r = support.shell("groff -man -ww -Tascii " .. support.quote(file))
-      assert.equal("", r.err)
-      assert.equal(0, r.status)
+    local text = check("rtray.1", ".TH RTRAY 1")
+    for _, name in ipairs(COMMANDS) do
+      assert.truthy(text:find(".BR rtray\\-" .. name .. " (1)", 1, true), name)
+      local page = check("rtray-" .. name .. ".1", ".TH RTRAY-" .. name:upper() .. " 1")
+      assert.equal(page, rtray({ "manual", name }).out)
+      assert.truthy(page:find("\n.SH OPTIONS\n", 1, true))
     end
   end)
 

@@ -84,7 +84,7 @@ quiet "$prefix/bin/rtray" render scene.lua -o program.png --quiet
 [ -s program.png ] || fail "the installed program wrote no picture"
 quiet "$prefix/bin/rtray" help
 for file in share/bash-completion/completions/rtray share/zsh/site-functions/_rtray share/fish/vendor_completions.d/rtray.fish \
-    share/man/man1/rtray.1; do
+    share/man/man1/rtray.1 share/man/man1/rtray-animate.1 share/man/man1/rtray-sweep.1; do
     [ -f "$prefix/$file" ] || fail "not installed: $file"
 done
 if command -v lua5.4 >/dev/null 2>&1; then
