@@ -79,13 +79,14 @@ whole, and the picture says how many. Without --cut the plane goes through the m
   {
     name = "pixel", summary = "explain one pixel: its rays, what they hit and what each brought", module = "rtray.pixel",
     arguments = { SCENE, { name = "X,Y", type = "text" } },
-    options = options.take("sample", "all_samples", "size", "samples", "define", "set", "integrator", "tracer", "builder", "max_depth",
-      "shadow_samples", "opaque_shadows", "no_shadows", "filter", "seed", "json"),
+    options = options.take("sample", "all_samples", "svg", "tracers_list", "size", "samples", "define", "set", "integrator", "tracer",
+      "builder", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "seed", "json"),
     text = [[
 X,Y counts from the top left, from 0. Each sample is a tree of rays: the camera ray, and from what it hits mirrored, refracted and
 scattered rays and shadow rays, with hit, names, position, normal, texture coordinates and material. The lines with + are what a ray
-brought; in whole film units (--json) their sum is the pixel's, and the pixel the one that render gives, to the last bit.]],
-    examples = { "rtray pixel scenes/paper.lua 500,350", "rtray pixel scenes/paper.lua 500,350 --sample 2 --json" },
+brought; in whole film units (--json) their sum is the pixel's, and the pixel the one that render gives, to the last bit. --svg draws
+the rays of one sample; --tracers tells what they cost in each structure.]],
+    examples = { "rtray pixel scenes/paper.lua 500,350 --svg rays.svg", "rtray pixel scenes/paper.lua 500,350 --sample 2 --json" },
   },
   {
     name = "params", summary = "list the parameters that a script declares", module = "rtray.params",

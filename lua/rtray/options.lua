@@ -105,6 +105,7 @@ row("cut", { "--cut" }, "cut", "PLANE", "plane of the drawn cells: y=1.5 (coordi
 row("group", { "--group" }, "group", "N", "what the tree stands over, as the statistics name it: 0, 1, 0.1 (a part), top")
 row("color", { "--color" }, "choice", "WHAT", "what the colour of a cell shows: depth or references", { choices = { "depth", "references" } })
 row("sample", { "--sample" }, "count", "N", "tell this sample alone", { low = 0, high = 65535 })
+row("svg", { "--svg" }, "file", "FILE", "draw the first told sample's rays: a slice through the scene along the camera ray")
 row("all_samples", { "--all" }, nil, nil, "tell all samples")
 
 -- The rows of some keys, in the given order, the help last. What runs a script (it takes `define`) takes what guards the machine from it.

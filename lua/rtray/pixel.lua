@@ -3,6 +3,8 @@
 local cli = require "rtray.cli"
 local json = require "rtray.json"
 local output = require "rtray.output"
+local drawing = require "rtray.pixel_svg"
+local files = require "rtray.files"
 local source = require "rtray.source"
 
 local pixel = {}
@@ -180,14 +182,62 @@ local function ray_json(ray)
 end
 
 -- Rays in a list, each with its parent's number: as deep as a path may be, the text is flat.
-local function print_json(path, told)
-  local rays = {}
+local function print_json(path, told, costs)
+  local rays, sums = {}, {}
+  for i, c in ipairs(costs) do
+    sums[i] = json.object():set("tracer", c.tracer):set("rays", c.rays):set("nodes", c.nodes):set("leaves", c.leaves):set("tests", c.tests)
+  end
   for i, ray in ipairs(told.rays) do
     rays[i] = ray_json(ray)
   end
   output.print("%s", json.encode(json.object():set("scene", path):set("x", told.x):set("y", told.y):set("width", told.width)
     :set("height", told.height):set("integrator", told.integrator):set("samples", told.samples):set("unit", told.unit):set("sum", list(told.sum))
-    :set("value", { table.unpack(told.value, 1, 4) }):set("clamped", told.clamped):set("dropped", told.dropped):set("rays", rays)))
+    :set("value", { table.unpack(told.value, 1, 4) }):set("clamped", told.clamped):set("dropped", told.dropped)
+    :set("costs", #sums > 0 and sums or nil):set("rays", rays)))
+end
+
+-- ---- what the rays cost in other structures ----
+
+-- Steps of the told rays in each tracer, whose pixels are the same.
+local function costs_of(scene, told, values)
+  local sums = {}
+  for _, tracer in ipairs(values.tracers_list or {}) do
+    local other = scene:explain(told.x, told.y, { sample = values.sample, tracer = tracer })
+    local sum = { tracer = tracer, rays = #other.rays, nodes = 0, leaves = 0, tests = 0 }
+    for _, ray in ipairs(other.rays) do
+      sum.nodes, sum.leaves, sum.tests = sum.nodes + ray.nodes, sum.leaves + ray.leaves, sum.tests + ray.tests
+    end
+    sums[#sums + 1] = sum
+  end
+  return sums
+end
+
+local function print_costs(costs)
+  local rows = { { "tracer", "rays", "nodes", "leaves", "tests" } }
+  for _, c in ipairs(costs) do
+    rows[#rows + 1] = { c.tracer, output.count(c.rays), output.count(c.nodes), output.count(c.leaves), output.count(c.tests) }
+  end
+  output.print ""
+  output.table(rows, { true })
+end
+
+-- One line about a ray, for the drawing.
+local function few_words(told)
+  return function(ray)
+    local text = KINDS[ray.kind]:gsub(" ray", "")
+    if ray.kind == "shadow" or ray.kind == "ao" then
+      text = text .. (ray.light and " to " .. quoted(ray.light) or ray.light_id and " to light " .. ray.light_id or "")
+        .. (ray.arrived and ray.crossed > 0 and (", through %d"):format(ray.crossed) or not ray.arrived and ", stopped" or "")
+    else
+      text = text .. (ray.hit and ": " .. what_is_hit(ray.hit):gsub(" %(.*", "") or ": leaves")
+    end
+    return is_zero(ray.brought) and text or text .. "  + " .. vec(amount(ray.brought, told.unit), "%.3g")
+  end
+end
+
+local function draw(scene, told, values, path)
+  local title = ("pixel %d,%d of %s"):format(told.x, told.y, files.name_of(path))
+  files.replace(values.svg, drawing.draw(scene, told.roots[1], title, few_words(told)))
 end
 
 function pixel.run(command, values, arguments)
@@ -205,11 +255,21 @@ function pixel.run(command, values, arguments)
   elseif values.sample and values.sample >= settings.samples then
     cli.fault(command, "--sample %d: the pixel has samples 0 to %d; --samples sets their number", values.sample, settings.samples - 1)
   end
+  if values.svg then
+    files.check_output(values.svg)
+  end
   local told = scene:explain(x, y, { sample = values.sample })
+  local costs = costs_of(scene, told, values)
   if values.json then
-    print_json(path, told)
+    print_json(path, told, costs)
   else
     print_text(told, values)
+    if #costs > 0 then
+      print_costs(costs)
+    end
+  end
+  if values.svg then
+    draw(scene, told, values, path)
   end
   return 0
 end

@@ -107,14 +107,15 @@ function page:line(x1, y1, x2, y2, color)
 end
 
 -- A scale of colours from `low` (bottom) to `high` at (x, y): boxes of whole numbers while there are few of them, else a ramp with ticks.
-function page:scale(x, y, height, low, high, caption, over)
+-- over: a remark below; empty: what is 0 is white.
+function page:scale(x, y, height, low, high, caption, over, empty)
   self:text(x, y - 10, caption, { weight = true })
   if high - low <= 24 then
     local n = math.floor(high - low + 0.5) + 1
     local step = math.min(18, height / n)
     for i = 0, n - 1 do
       local top = y + (n - 1 - i) * step
-      self:rect(x, top, 16, step, svg.color(n > 1 and i / (n - 1) or 0), 'stroke="#666666" stroke-width="0.5"')
+      self:rect(x, top, 16, step, empty and i == 0 and "#ffffff" or svg.color(n > 1 and i / (n - 1) or 0), 'stroke="#666666" stroke-width="0.5"')
       if n <= 14 or i % 2 == 0 then
         self:text(x + 22, top + step / 2 + 4, svg.tick_text(low + i), { size = 11 })
       end

@@ -89,7 +89,7 @@ function tree_costs.layer(cost, high, title, png_path)
   picture(cost, high):save(png_path)
   local file <close> = assert(io.open(png_path, "rb"))
   local bytes = file:read "a"
-  local page = svg.page(cost.width + 130, math.max(cost.height, 260) + 90, title)
+  local page = svg.page(cost.width + 170, math.max(cost.height, 260) + 90, title)
   page:text(16, 26, title, { size = 16, weight = true })
   page:text(16, 46, ("inner nodes visited + primitives tested a camera ray; mean %.1f, 95%% at most %d, max %d"):format(cost.steps.mean,
     cost.steps.p95, cost.steps.max), { color = "#555555" })

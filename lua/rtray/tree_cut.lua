@@ -211,7 +211,8 @@ function tree_cut.draw(scene, options)
   end, function(y)
     return box.y + (v1 - vs * y) * scale
   end)
-  page:scale(box.x + box.width + 24, box.y + 20, math.min(math.max(box.height - 40, 160), 400), 0, high, measure.caption)
+  page:scale(box.x + box.width + 24, box.y + 20, math.min(math.max(box.height - 40, 160), 400), 0, high, measure.caption, nil,
+    options.color == "references")
   page:text(box.x, 24, options.title, { size = 16, weight = true })
   local words = ("%s; %s cells met"):format(plane.words, output.count(met))
   if whole > 0 then

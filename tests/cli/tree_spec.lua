@@ -240,6 +240,24 @@ describe("pixel", function()
     assert.falsy(r.out:find("film", 1, true))
   end)
 
+  it("draws its rays, and tells what they cost in each structure", function()
+    local path = folder .. "/rays.svg"
+    local o = json { "pixel", scene, "30,20", "--sample", "1", "--svg", path, "--tracers", "brute,kdtree,octree" }
+    local text = well_formed(path)
+    assert.truthy(text:find("sample 1, " .. #o.rays .. " rays", 1, true))
+    assert.equal(#o.rays, select(2, text:gsub('<line [^\n]*stroke%-width="1.6"', "")))
+    assert.equal(3, #o.costs)
+    local tests = {}
+    for _, c in ipairs(o.costs) do
+      assert.equal(#o.rays, c.rays)
+      tests[c.tracer] = c.tests
+    end
+    assert.is_true(tests.kdtree < tests.brute / 4)
+    local r = rtray { "pixel", scene, "30,20", "--svg", folder .. "/gone/x.svg" }
+    assert.equal(1, r.status)
+    assert.equal("", r.out)
+  end)
+
   it("is strict about its place", function()
     for _, where in ipairs { "30", "30,", ",20", "a,b", "30,20,1", "-1,2", "1.5,2", "30, 20", "0x1,2", "99999999999999999999,1" } do
       local r = rtray { "pixel", scene, "--", where }

@@ -161,6 +161,25 @@ static void test_settings(void **state)
     rt_context_destroy(ctx);
 }
 
+/* A lens that blurs: every sample has a camera ray of its own. */
+static void test_lens(void **state)
+{
+    rt_context *ctx = make_context(1);
+    rt_scene *s = kit_scene(ctx);
+    rt_render_desc d = settings(14, 10, 4, "path");
+    rt_camera_desc c;
+    (void)state;
+    add_everything(s);
+    OK(rt_scene_get_camera(s, &c));
+    c.aperture = 0.3f;
+    c.focus_distance = 4;
+    OK(rt_scene_set_camera(s, &c));
+    kit_ok(ctx, rt_scene_commit(s, NULL));
+    all_pixels(s, &d);
+    rt_scene_destroy(s);
+    rt_context_destroy(ctx);
+}
+
 /* Thousands of samples: more rays than a batch holds. */
 static void test_many_samples(void **state)
 {
@@ -326,9 +345,9 @@ static void test_no_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_integrator), cmocka_unit_test(test_settings), cmocka_unit_test(test_many_samples),
-        cmocka_unit_test(test_samples),          cmocka_unit_test(test_known),    cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_every_integrator), cmocka_unit_test(test_settings),  cmocka_unit_test(test_lens),
+        cmocka_unit_test(test_many_samples),     cmocka_unit_test(test_samples),   cmocka_unit_test(test_known),
+        cmocka_unit_test(test_refused),          cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
