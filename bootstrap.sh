@@ -65,6 +65,8 @@ libcmocka-dev   has_header cmocka.h
 locales         has_german
 ffmpeg          have ffmpeg
 gnuplot-nox     have gnuplot
+doxygen         have doxygen
+lua-ldoc        have ldoc
 clang           have clang
 libclang-rt-dev has_clang_rt'
 

@@ -1,7 +1,9 @@
 local support = require "support"
 local rtray = support.rtray
 
-local COMMANDS = { "render", "animate", "info", "tree", "pixel", "params", "convert", "compare", "verify", "bench", "sweep", "report", "repl", "help" }
+local COMMANDS = {
+  "render", "animate", "info", "tree", "pixel", "params", "convert", "compare", "verify", "bench", "sweep", "report", "repl", "help",
+}
 
 describe("help", function()
   it("lists every command", function()
