@@ -62,7 +62,7 @@ unless told otherwise).]],
   {
     name = "tree", summary = "show the trees of a scene: statistics, costs of rays, drawn cells", module = "rtray.tree",
     arguments = { SCENE },
-    options = options.take("folder", "cut", "color", "group", "tracers_list", "builder", "size", "define", "set", "seed", "json"),
+    options = options.take("folder", "cut", "color", "group", "shown_tracers", "builder", "size", "define", "set", "seed", "json"),
     text = [[
 Prints the statistics of every tree as info does, the leaves of one group's trees by depth and by references, what camera rays cost in
 each structure (inner nodes and leaves visited, primitives tested: mean, what 95 of 100 rays stay below, max), and the cost that the

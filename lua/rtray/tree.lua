@@ -33,8 +33,8 @@ local function tracers_of(values, facts)
       with_tree[#with_tree + 1] = t.name
     end
   end
-  if values.tracers_list then
-    return with_tree, values.tracers_list
+  if values.shown_tracers then
+    return with_tree, values.shown_tracers
   end
   local walkers = {}
   for _, name in ipairs(all) do
@@ -265,7 +265,7 @@ function tree.run(command, values, arguments)
     state.folder = state.folder:gsub("(.)/+$", "%1")
   end
   local wanted = {}
-  for _, name in ipairs(values.tracers_list or {}) do
+  for _, name in ipairs(values.shown_tracers or {}) do
     wanted[#wanted + 1] = name
   end
   local scene = source.open(path, values, command, { accel = #wanted > 0 and table.concat(wanted, ",") or "kdtree,octree" }).scene

@@ -131,7 +131,7 @@ describe("tree", function()
     local o = json { "tree", scene, "-o", out, "--group", "1", "--tracers", "kdtree" }
     assert.equal("1", o.group)
     assert.is_true(o.cuts[1].pieces >= 100)
-    o = json { "tree", scene, "-o", out, "--group", "top", "--tracers", "kdtree" }
+    o = json { "tree", scene, "-o", out, "--group", "top", "--tracer", "kdtree" }
     assert.equal("top", o.group)
     assert.equal(0, #o.model)
   end)
