@@ -14,11 +14,15 @@ local TYPES = { "number", "integer", "boolean", "choice", "color", "vector", "st
 
 -- ---- values by type: check(value, p, who) returns the value; read(text, p, who) reads it from a command line ----
 
+-- "from 1 to 2.5", "at least 0", nil
+local function range_words(p)
+  local low, high = p.min and words.number(p.min), p.max and words.number(p.max)
+  return low and high and "from " .. low .. " to " .. high or low and "at least " .. low or high and "at most " .. high
+end
+
 local function in_range(value, p, who)
   if p.min and value < p.min or p.max and value > p.max then
-    local low, high = p.min and words.number(p.min), p.max and words.number(p.max)
-    local words_of = low and high and "from " .. low .. " to " .. high or low and "at least " .. low or "at most " .. high
-    fail("%s: %s must be %s; got %s", who, p.name, words_of, words.number(value))
+    fail("%s: %s must be %s; got %s", who, p.name, range_words(p), words.number(value))
   end
   return value
 end
@@ -83,7 +87,8 @@ types.color = {
 local function read(p, text, who)
   local value = types[p.type].read(text)
   if value == nil then
-    fail("%s: %s must be %s; got '%s'", who, p.name, types[p.type].words, words.quote(text))
+    local range = range_words(p)
+    fail("%s: %s must be %s%s; got '%s'", who, p.name, types[p.type].words, range and " " .. range or "", words.quote(text))
   end
   return types[p.type].check(value, p, who)
 end
@@ -154,6 +159,12 @@ local function declare(name, entry)
     fail("%s: the default must be a number, boolean, string or {x, y, z}; got %s", who, check.describe(default))
   elseif p.type == "choice" and not p.choices then
     fail("%s: choices are missing, as in choices = { 'red', 'green' }", who)
+  elseif p.choices and p.type ~= "choice" then
+    fail("%s: choices are for the type choice, and this is a %s", who, p.type)
+  elseif (p.min or p.max or p.step) and p.type ~= "number" and p.type ~= "integer" then
+    fail("%s: %s is for numbers, and this is a %s", who, p.min and "min" or p.max and "max" or "step", p.type)
+  elseif p.type == "integer" and p.step and not math.tointeger(p.step) then
+    fail("%s: the step of an integer must be a whole number; got %s", who, words.number(p.step))
   elseif p.min and p.max and p.min > p.max then
     fail("%s: min %s is above max %s", who, words.number(p.min), words.number(p.max))
   end
@@ -199,6 +210,7 @@ local function choose(p, r)
   if override ~= nil then
     r.used[p.name] = true
     p.source = "command line"
+    p.overruled = set and set.params[p.name] -- what the set would have given
     if type(override) == "string" then
       return read(p, override, "-D " .. p.name)
     end
@@ -262,7 +274,9 @@ function params.check_used(r)
       for _, p in ipairs(r.params) do
         known[p.name] = true
       end
-      if next(known) == nil then
+      if settings.fields[name] then
+        error(("%s: -D %s: that is a setting, no parameter; --%s sets it"):format(r.path, name, name:gsub("_", "-")), 0)
+      elseif next(known) == nil then
         error(("%s: -D %s: the script declares no parameters; rt.params { %s = ... } would"):format(r.path, name, name), 0)
       end
       error(r.path .. ": -D: " .. check.unknown_words("the script", name, known, "parameter"), 0)

@@ -116,7 +116,8 @@ end
 local function once(opened, target, values, stale)
   local scene = opened.scene
   if values.settings then
-    report.print_settings(target.path == "-" and output.note or output.print, scene:effective())
+    local settings, sources = scene:effective()
+    report.print_settings(target.path == "-" and output.note or output.print, settings, sources, opened.run)
   end
   if values.bands or target.rows and bands.needed(scene) then
     return bands.render(opened, target, values)

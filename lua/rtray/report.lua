@@ -1,18 +1,14 @@
 -- What a render tells about itself: the closing line, statistics, settings, as text and as JSON.
 
 local files = require "rtray.files"
+local axis = require "rt.axis"
 local json = require "rtray.json"
 local output = require "rtray.output"
 local types = require "rtray.types"
 
 local report = {}
 
--- Settings that change no bit of the picture.
-local ARRANGEMENT = {
-  workers = true, tile = true, schedule = true, tracer = true, memory_limit = true, accel = true, builder = true, tree_depth = true, leaf_size = true,
-  cost_traverse = true, cost_intersect = true, empty_bonus = true, duplication = true, preview = true,
-}
-
+local arrangement = require("rt.settings").arrangement
 local KINDS = { "camera", "shadow", "reflect", "refract", "diffuse", "ao" }
 
 local function setting_list()
@@ -29,7 +25,7 @@ end
 function report.picture_settings(settings)
   local object = json.object()
   for _, row in ipairs(setting_list()) do
-    if not ARRANGEMENT[row.name] then
+    if not arrangement[row.name] then
       object:set(row.name, plain(settings[row.name]))
     end
   end
@@ -109,7 +105,12 @@ function report.print_stats(note, stats)
   end
 end
 
-function report.print_settings(note, values, sources)
+-- run: of the script, whose parameters are printed too.
+function report.print_settings(note, values, sources, run)
+  for _, p in ipairs(run and run.params or {}) do
+    local over = p.overruled ~= nil and (", over set %s's %s"):format(run.set, axis.text(p.overruled)) or ""
+    note("-D %-12s %-12s %s", p.name, axis.text(p.value), p.source .. over)
+  end
   for _, row in ipairs(setting_list()) do
     local value = values[row.name]
     if type(value) == "table" then

@@ -72,6 +72,38 @@ describe("params", function()
     local p = object.params[1]
     assert.same({ "radius", "number", 0.25, 1, 0.1, 2, "command line" }, { p.name, p.type, p.value, p.default, p.min, p.max, p.source })
     assert.equal(2, object.sets.large.radius)
+    local folder = support.folder()
+    local path = support.write(folder .. "/x.lua", [[
+      local rt = require "rt"
+      rt.params { n = { 3, type = "integer", min = 1, max = 9, step = 2, label = "N" }, mood = { "day", choices = { "day", "night" } },
+        tint = { {1, 0.5, 0}, type = "color" }, way = {0, 1, 2}, lit = true, look = { "a.png", type = "file" }, word = "x" }
+      return rt.scene {}]])
+    local schema = cjson.decode(rtray({ "params", path, "--json" }).out).schema
+    local unit = { type = "number", minimum = 0, maximum = 1 }
+    assert.same({
+      n = { type = "integer", title = "N", minimum = 1, maximum = 9, ["x-step"] = 2, default = 3 },
+      mood = { type = "string", enum = { "day", "night" }, default = "day" },
+      tint = { type = "array", format = "color", items = unit, minItems = 3, maxItems = 3, default = { 1, 0.5, 0 } },
+      way = { type = "array", items = { type = "number" }, minItems = 3, maxItems = 3, default = { 0, 1, 2 } },
+      lit = { type = "boolean", default = true }, look = { type = "string", format = "path", default = "a.png" },
+      word = { type = "string", default = "x" },
+    }, schema.properties)
+    assert.equal("object", schema.type)
+    assert.is_false(schema.additionalProperties)
+  end)
+
+  it("tells who wins", function()
+    local path = support.small()
+    local r = rtray { "params", path, "--set", "large", "-D", "radius=0.5" }
+    assert.truthy(r.out:find("command line, over set large's 2", 1, true), r.out)
+    r = rtray { "render", path, "--set", "large", "-D", "radius=0.5", "--settings", "-o", support.folder() .. "/x.png" }
+    assert.truthy(r.out:find "%-D radius +0.5 +command line, over set large's 2", r.out)
+  end)
+
+  it("are told from settings", function()
+    local r = rtray { "render", support.small(), "-D", "max_depth=3", "-o", support.folder() .. "/x.png" }
+    assert.equal(2, r.status)
+    assert.truthy(r.err:find("-D max_depth: that is a setting, no parameter; --max-depth sets it", 1, true), r.err)
   end)
 end)
 

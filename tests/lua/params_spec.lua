@@ -89,7 +89,7 @@ describe("rt.params", function()
   it("says what is wrong with a value", function()
     with_script(FUNCTION, function(path)
       fails(path, "-D ior: ior must be from 1 to 2.5; got 3.0", { ior = "3.0" })
-      fails(path, "-D ior: ior must be a number; got 'glass'", { ior = "glass" })
+      fails(path, "-D ior: ior must be a number from 1 to 2.5; got 'glass'", { ior = "glass" })
       fails(path, "-D ior: ior is not a number (NaN)", { ior = 0 / 0 })
       fails(path, "-D count: count must be a whole number; got '1.5'", { count = "1.5" })
       fails(path, "-D hue: hue must be one of red, green; got 'greem' (did you mean green?)", { hue = "greem" })
@@ -105,6 +105,11 @@ describe("rt.params", function()
     { "a = { 1, mim = 1 }", "rt.params: a has no key 'mim'; did you mean min?" },
     { "a = { 1, min = 2 }", "rt.params: a must be at least 2; got 1" },
     { "a = { 1, min = 2, max = 1 }", "rt.params: a: min 2 is above max 1" },
+    { "a = { true, min = 1 }", "rt.params: a: min is for numbers, and this is a boolean" },
+    { "a = { {1, 0, 0}, step = 1 }", "rt.params: a: step is for numbers, and this is a vector" },
+    { "a = { 1, type = 'integer', step = 0.5 }", "rt.params: a: the step of an integer must be a whole number; got 0.5" },
+    { "a = { 1, type = 'number', choices = { 'b' } }", "rt.params: a: choices are for the type choice, and this is a number" },
+    { "transport = 5", "rt.params: 'transport' is a setting's name; a parameter needs another" },
     { "a = { 'x', type = 'choice' }", "rt.params: a: choices are missing, as in choices = { 'red', 'green' }" },
     { "a = { 1, type = 'numbr' }", "rt.params: a: type must be one of number, integer, boolean, choice, color, vector, string, file; got 'numbr'" },
     { "['a b'] = 1", "rt.params: a parameter's name must be a word of letters, digits and _; got 'a b'" },
@@ -160,7 +165,7 @@ describe("settings", function()
     support.raises("rt.scene: settings has no setting 'sampels'; did you mean samples?", function()
       return rt.scene { settings = { sampels = 4 } }, nil
     end)
-    support.raises("rt.scene: settings: integrator must be one of whitted, path, ao, normal, uv, id, depth, cost; got 'pathtracer'", function()
+    support.raises("rt.scene: settings: integrator must be one of whitted, path, ao, normal, uv, id, depth, cost, steps; got 'pathtracer'", function()
       return rt.scene { settings = { integrator = "pathtracer" } }, nil
     end)
   end)
