@@ -305,7 +305,7 @@ end
 
 local function heat(map)
   local across, down = map.across.values, map.down.values
-  local left, top, bottom = 76, 8, 50
+  local left, top, bottom = 86, 8, 50
   local cw, ch = (WIDTH - left - 10) / #across, math.max(3, math.min(34, 300 / #down))
   local height = math.floor(top + ch * #down + bottom + 24)
   local t = chart.heat_place(map)
@@ -344,7 +344,7 @@ local function heat(map)
   end
   local every = math.max(1, math.ceil(13 / ch))
   for j = 1, #down, every do
-    s:add('<text class="tick" x="%d" y="%s" text-anchor="end">%s</text>', left - 6, n(top + (j - 0.5) * ch + 4), escape(text.short(down[j], 8)))
+    s:add('<text class="tick" x="%d" y="%s" text-anchor="end">%s</text>', left - 6, n(top + (j - 0.5) * ch + 4), escape(text.short(down[j], 9)))
   end
   local ticks = {}
   for i, a in ipairs(across) do

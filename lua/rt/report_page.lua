@@ -279,6 +279,18 @@ local function links(names, word)
   return table.concat(parts, ", ")
 end
 
+-- Beside the first image the first of its size that differs from it is shown, or else the next one: its number from 0.
+local function other_image(shown)
+  local first = shown[1]
+  for i = 2, #shown do
+    local p = shown[i]
+    if p.width == first.width and p.height == first.height and p.hash and p.hash ~= first.hash then
+      return i - 1
+    end
+  end
+  return 1
+end
+
 local function images(o, study, sheets)
   local shown = {}
   for _, p in ipairs(study.points) do
@@ -291,11 +303,7 @@ local function images(o, study, sheets)
   end
   o:add '<section aria-labelledby="images"><h2 id="images">Images</h2>'
   if #shown > 1 then
-    local second = 1
-    while second < #shown - 1 and shown[second + 1].hash == shown[1].hash and shown[second + 1].hash do
-      second = second + 1
-    end
-    compare(o, second)
+    compare(o, other_image(shown))
   end
   o:add '<ul class="gallery">'
   for _, p in ipairs(shown) do

@@ -7,7 +7,7 @@ local tables = {}
 
 local escape, address = text.escape, text.address
 
--- Columns that some point has a value of, each with the way its numbers are written.
+-- Columns that some point has a value of, each with the way its numbers are written: the time, what was derived from it, the rest.
 local function used_columns(study)
   local used = {}
   for _, column in ipairs(study.columns) do
@@ -24,6 +24,13 @@ local function used_columns(study)
       used[#used + 1] = { column = column }
     end
   end
+  local order = {}
+  for i, u in ipairs(used) do
+    order[u] = (u.column.name == "seconds" and 0 or u.column.per == "point" and 1000 or 2000) + i
+  end
+  table.sort(used, function(a, b)
+    return order[a] < order[b]
+  end)
   return used
 end
 

@@ -42,7 +42,7 @@ local LIBRARIES = {
 local LIBRARY_NAMES = { "coroutine", "io", "math", "os", "string", "table", "utf8" }
 
 -- Names of the module rt that scripts do without: they start programs or walk folders.
-sandbox.WITHHELD = { animate = true, sweep = true, process = true, spawn = true, resume = true }
+sandbox.WITHHELD = { animate = true, sweep = true, process = true, spawn = true, resume = true, report = true }
 
 local COLLECT = { collect = true, count = true, step = true, isrunning = true, generational = true, incremental = true }
 

@@ -57,6 +57,7 @@ local ATTACKS = {
   { [[assert(io.open("there.txt", "a"))]], "it is there already" }, { [[assert(io.open("there.txt", "r+"))]], "it is there already" },
   { [[assert(io.open("linked/x.txt", "w"))]], WRITES }, { [[assert(io.open("link.txt", "w"))]], "it is there already" },
   { [[assert(io.open("pipe", "w"))]], WRITES }, { [[assert(io.open("nowhere/x.txt", "w"))]], "into folders that are there" },
+  { [[rt.report "."]], "rt.report " .. NOT_THERE },
   { [[rt.image { width = 2, height = 2 }:save "/tmp/x.png"]], WRITES }, { [[rt.image { width = 2, height = 2 }:save "there.txt"]], "image format" },
   { [[scene:save "/tmp/x.rts"]], WRITES }, { [[scene:render_to_file "../x.png"]], WRITES },
   { [[rt.compare(rt.image { width = 2, height = 2 }, rt.image "/etc/passwd")]], READS },
