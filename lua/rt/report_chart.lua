@@ -6,7 +6,7 @@ local chart = {}
 
 local escape, fixed = text.escape, text.fixed
 local WIDTH, HEIGHT = 400, 300
-local LEFT, RIGHT, TOP, BOTTOM = 56, 12, 14, 50
+local RIGHT, TOP, BOTTOM = 12, 14, 50
 
 local svg = {}
 svg.__index = svg
@@ -170,41 +170,52 @@ local function tick_text(v, step)
   return fixed(v, decimals)
 end
 
-local function frame(s, plot, px, py, xticks, yticks)
+-- The words beside the ticks of y, and how much room they take.
+local function y_labels(plot, ticks)
+  local step = #ticks > 1 and ticks[2] - ticks[1] or 1
+  local labels, longest = {}, 0
+  for i, v in ipairs(ticks) do
+    labels[i] = plot.log and text.number(v) or tick_text(v, step)
+    longest = math.max(longest, utf8.len(labels[i]))
+  end
+  return labels, math.max(46, 31 + 7 * longest)
+end
+
+local function frame(s, plot, px, py, xticks, yticks, labels, left)
   local right, bottom = WIDTH - RIGHT, HEIGHT - BOTTOM
   if plot.over and plot.cpus and plot.x.scale ~= "category" then
-    local from = math.max(LEFT, math.min(right, px(plot.cpus)))
+    local from = math.max(left, math.min(right, px(plot.cpus)))
     s:add('<rect class="over" x="%s" y="%d" width="%s" height="%d"/>', n(from), TOP, n(right - from), bottom - TOP)
     s:add('<text class="note" x="%s" y="%d" text-anchor="end">more than %d CPU%s</text>', n(right - 5), TOP + 14, plot.cpus,
       plot.cpus == 1 and "" or "s")
   end
-  local step = #yticks > 1 and yticks[2] - yticks[1] or 1
-  for _, v in ipairs(yticks) do
+  for i, v in ipairs(yticks) do
     local y = py(v)
-    s:add('<line class="grid" x1="%d" y1="%s" x2="%d" y2="%s"/>', LEFT, n(y), right, n(y))
-    s:add('<text class="tick" x="%d" y="%s" text-anchor="end">%s</text>', LEFT - 7, n(y + 4),
-      escape(plot.log and text.number(v) or tick_text(v, step)))
+    s:add('<line class="grid" x1="%s" y1="%s" x2="%d" y2="%s"/>', n(left), n(y), right, n(y))
+    s:add('<text class="tick" x="%s" y="%s" text-anchor="end">%s</text>', n(left - 6), n(y + 4), escape(labels[i]))
   end
-  s:add('<line class="axis" x1="%d" y1="%d" x2="%d" y2="%d"/>', LEFT, bottom, right, bottom)
+  s:add('<line class="axis" x1="%s" y1="%d" x2="%d" y2="%d"/>', n(left), bottom, right, bottom)
   for _, t in ipairs(xticks) do
     s:add('<line class="axis" x1="%s" y1="%d" x2="%s" y2="%d"/>', n(px(t[1])), bottom, n(px(t[1])), bottom + 4)
   end
-  x_labels(s, xticks, px, bottom + 18, right - LEFT)
-  s:add('<text class="name" x="%s" y="%d" text-anchor="middle">%s</text>', n((LEFT + right) / 2), HEIGHT - 12, escape(text.short(plot.x.name, 50)))
+  x_labels(s, xticks, px, bottom + 18, right - left)
+  s:add('<text class="name" x="%s" y="%d" text-anchor="middle">%s</text>', n((left + right) / 2), HEIGHT - 12, escape(text.short(plot.x.name, 50)))
   local label = text.short(plot.name, 36) .. (plot.unit ~= "" and " [" .. plot.unit .. "]" or "")
-  s:add('<text class="name" transform="translate(14 %s) rotate(-90)" text-anchor="middle">%s</text>', n((TOP + bottom) / 2), escape(label))
+  s:add('<text class="name" transform="translate(13 %s) rotate(-90)" text-anchor="middle">%s</text>', n((TOP + bottom) / 2), escape(label))
 end
 
 -- ---- marks: told apart by shape as well as by colour ----
 
-local function marker(number, x, y, hollow, title)
+local function marker(number, x, y, hollow, title, size)
   local class = ("mark c%d%s"):format((number - 1) % 7 + 1, hollow and " hollow" or "")
   local shape = (number - 1) % 5 + 1
   local paths = {
     'm-4.4 0a4.4 4.4 0 1 0 8.8 0a4.4 4.4 0 1 0 -8.8 0z', 'm-4 -4h8v8h-8z', 'm0 -5.2l5 8.7h-10z', 'm0 -5.6l5.6 5.6l-5.6 5.6l-5.6 -5.6z',
     'm0 5.2l5 -8.7h-10z',
   }
-  return ('<path class="%s" d="M%s %s%s">%s</path>'):format(class, n(x), n(y), paths[shape], title and "<title>" .. escape(title) .. "</title>" or "")
+  local place = size and (' transform="translate(%s %s) scale(%s)"'):format(n(x), n(y), n(size)) or ""
+  return ('<path class="%s"%s d="M%s %s%s">%s</path>'):format(class, place, size and "0" or n(x), size and "0" or n(y), paths[shape],
+    title and "<title>" .. escape(title) .. "</title>" or "")
 end
 
 local function curve_path(curve, px, py)
@@ -218,6 +229,7 @@ end
 local function draw_curve(s, plot, curve, px, py)
   local class = ("c%d%s"):format((curve.number - 1) % 7 + 1, curve.number > 7 and " dashed" or "")
   s:add('<path class="curve %s" d="%s"/>', class, curve_path(curve, px, py))
+  local size = #curve.points > 80 and 0.3 or #curve.points > 16 and 0.55 or nil -- many marks would hide the curve
   for _, p in ipairs(curve.points) do
     local x, spread = px(p.x), ""
     if p.low and p.high and py(p.low) - py(p.high) > 0.6 then
@@ -228,7 +240,7 @@ local function draw_curve(s, plot, curve, px, py)
       spread = (", quartiles %s and %s"):format(text.number(p.low), text.number(p.high))
     end
     s[#s + 1] = marker(curve.number, x, py(p.y), p.over, ("%s: %s %s%s%s"):format(p.label, text.number(p.y), plot.unit, spread,
-      p.over and ", more workers than CPUs" or ""))
+      p.over and ", more workers than CPUs" or ""), size)
   end
 end
 
@@ -250,16 +262,17 @@ end
 local function lines(plot)
   local u, xticks = x_scale(plot)
   local v, yticks = y_scale(plot)
+  local labels, left = y_labels(plot, yticks)
   local px = function(x)
-    return LEFT + u(x) * (WIDTH - LEFT - RIGHT)
+    return left + u(x) * (WIDTH - left - RIGHT)
   end
   local py = function(y)
     return HEIGHT - BOTTOM - v(y) * (HEIGHT - TOP - BOTTOM)
   end
   local s = begin(plot, WIDTH, HEIGHT, ("%s over %s, %s"):format(plot.name, plot.x.name, text.count(#plot.series, "curve")))
-  s:add('<clipPath id="clip-%s"><rect x="%d" y="%d" width="%d" height="%d"/></clipPath>', escape(plot.id), LEFT, TOP - 4, WIDTH - LEFT - RIGHT,
+  s:add('<clipPath id="clip-%s"><rect x="%s" y="%d" width="%s" height="%d"/></clipPath>', escape(plot.id), n(left), TOP - 4, n(WIDTH - left - RIGHT),
     HEIGHT - TOP - BOTTOM + 4)
-  frame(s, plot, px, py, xticks, yticks)
+  frame(s, plot, px, py, xticks, yticks, labels, left)
   if plot.ideal then
     ideal_path(s, plot, px, py)
   end
@@ -308,6 +321,7 @@ local function heat(map)
   local left, top, bottom = 86, 8, 50
   local cw, ch = (WIDTH - left - 10) / #across, math.max(3, math.min(34, 300 / #down))
   local height = math.floor(top + ch * #down + bottom + 24)
+  local gap = cw > 14 and ch > 12 and 1 or 0
   local t = chart.heat_place(map)
   local all = {}
   for _, d in ipairs(down) do
@@ -330,15 +344,15 @@ local function heat(map)
       local x = left + (i - 1) * cw
       if cell then
         local color, light = chart.ramp(t(cell.value))
-        s:add('<rect x="%s" y="%s" width="%s" height="%s" fill="%s"><title>%s: %s %s</title></rect>', n(x), n(y), n(cw - 1), n(ch - 1), color,
+        s:add('<rect x="%s" y="%s" width="%s" height="%s" fill="%s"><title>%s: %s %s</title></rect>', n(x), n(y), n(cw - gap), n(ch - gap), color,
           escape(cell.label), escape(write(cell.value)), escape(map.unit))
         if size >= 7 and ch >= 12 then
           s:add('<text class="%s" x="%s" y="%s" text-anchor="middle" font-size="%s">%s%s</text>', light and "on-light" or "on-dark", n(x + cw / 2),
             n(y + ch / 2 + size * 0.35), n(size), escape(write(cell.value)), cell.over and "*" or "")
         end
       else
-        s:add('<rect class="none" x="%s" y="%s" width="%s" height="%s"><title>%s=%s, %s=%s: no value</title></rect>', n(x), n(y), n(cw - 1),
-          n(ch - 1), escape(map.across.name), escape(a), escape(map.down.name), escape(d))
+        s:add('<rect class="none" x="%s" y="%s" width="%s" height="%s"><title>%s=%s, %s=%s: no value</title></rect>', n(x), n(y), n(cw - gap),
+          n(ch - gap), escape(map.across.name), escape(a), escape(map.down.name), escape(d))
       end
     end
   end
@@ -346,9 +360,12 @@ local function heat(map)
   for j = 1, #down, every do
     s:add('<text class="tick" x="%d" y="%s" text-anchor="end">%s</text>', left - 6, n(top + (j - 0.5) * ch + 4), escape(text.short(down[j], 9)))
   end
-  local ticks = {}
-  for i, a in ipairs(across) do
-    ticks[i] = { i, a }
+  local ticks, longest = {}, 1
+  for _, a in ipairs(across) do
+    longest = math.max(longest, math.min(12, utf8.len(text.clean(a))))
+  end
+  for i = 1, #across, math.max(1, math.ceil((longest * 7.4 + 6) / cw)) do
+    ticks[#ticks + 1] = { i, across[i] }
   end
   local base = top + ch * #down
   x_labels(s, ticks, function(i)

@@ -217,7 +217,7 @@ local function caption(plot)
   if plot.figure then
     parts[#parts + 1] = PAPER[plot.figure]
   end
-  if plot.kind == "lines" and plot.id == "time" or plot.id == "seconds" then
+  if plot.spread and (plot.id == "time" or plot.id == "seconds") then
     parts[#parts + 1] = "Medians; bars span the quartiles."
   end
   if plot.ideal == "speedup" then

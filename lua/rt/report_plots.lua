@@ -151,7 +151,10 @@ local function into_unit(plot)
   plot.log = not plot.ideal and low > 0 and high > 60 * low
 end
 
-local PLAIN = { seconds = "time", build_seconds = "time of the trees", speedup = "speed-up" }
+local PLAIN = {
+  seconds = "time", build_seconds = "time of the trees", speedup = "speed-up", psnr = "PSNR", mse = "mean squared error", ssim = "SSIM",
+  differing = "differing pixels", peak_memory_bytes = "peak memory",
+}
 
 local function words_of(column)
   return PLAIN[column] or (column:gsub("_", " "))
@@ -162,7 +165,7 @@ local function line_plot(study, x, others, column, more)
   local plot = {
     kind = "lines", id = column, x = x, name = words_of(column), title = text.title(words_of(column)),
     unit = known and known.unit or "", help = known and known.help,
-    cpus = x.name == "workers" and math.tointeger(study.machine.cpus) or nil,
+    spread = (study.runs or 1) > 1, cpus = x.name == "workers" and math.tointeger(study.machine.cpus) or nil,
   }
   for key, value in next, more or {} do
     plot[key] = value
@@ -185,7 +188,24 @@ end
 -- ---- which columns ----
 
 local SCALING = { speedup = true, efficiency = true, serial_fraction = true }
-local PREFERRED = { seconds = 1, rays_per_second = 2, build_seconds = 3, peak_memory = 4 }
+local AFTER = { rays_per_second = 1001, peak_memory_bytes = 1002, build_seconds = 1003 } -- behind what the user measured
+-- Columns of a sweep's runs that are plotted as AFTER says or not at all; any other is the user's own.
+local OWN = {
+  seconds = true, build_seconds = true, load_seconds = true, user_seconds = true, system_seconds = true, process_seconds = true, rays = true,
+  rays_camera = true, rays_shadow = true, rays_reflect = true, rays_refract = true, rays_diffuse = true, rays_ao = true, rays_per_second = true,
+  nodes = true, tests = true, workers = true, memory_bytes = true, peak_memory_bytes = true, bytes_moved = true,
+}
+
+local function rank(column, i)
+  if column.type ~= "number" or SCALING[column.name] then
+    return nil
+  elseif column.name == "seconds" then
+    return 0
+  elseif column.per == "point" or not OWN[column.name] then
+    return i
+  end
+  return AFTER[column.name]
+end
 
 local function distinct(study, column)
   local first
@@ -203,9 +223,9 @@ end
 local function measures(study)
   local found = {}
   for i, column in ipairs(study.columns) do
-    local wanted = column.type == "number" and not SCALING[column.name] and (PREFERRED[column.name] or column.per == "point")
-    if wanted and distinct(study, column.name) then
-      found[#found + 1] = { column = column, order = PREFERRED[column.name] or 10 + i }
+    local order = rank(column, i)
+    if order and distinct(study, column.name) then
+      found[#found + 1] = { column = column, order = order }
     end
   end
   table.sort(found, function(a, b)
@@ -283,12 +303,12 @@ local function busy(study, axes)
   for _, axis in ipairs(axes) do
     workers = workers or axis.name == "workers" and axis
   end
-  local others, list, by_name = workers and without(axes, workers) or axes, {}, {}
+  local others, list, by_name, rows_at_most = workers and without(axes, workers) or axes, {}, {}, workers and MOST_BUSY or 3
   for _, p in ipairs(study.points) do
     if #p.per_worker > 1 and #p.per_worker <= MOST_BUSY_WORKERS and p.status == "done" then
       local name = name_of(p, study.zip and {} or others) or ""
       local row = by_name[name]
-      if not row and #list < MOST_BUSY then
+      if not row and #list < rows_at_most then
         row = {}
         list[#list + 1], by_name[name] = row, row
       end

@@ -9,15 +9,20 @@ local escape, address = text.escape, text.address
 
 -- Columns that some point has a value of, each with the way its numbers are written: the time, what was derived from it, the rest.
 local function used_columns(study)
-  local used = {}
+  local used, axes = {}, {}
+  for _, axis in ipairs(study.axes) do
+    axes[axis.name] = true
+  end
   for _, column in ipairs(study.columns) do
-    local numbers, words = {}, false
+    local numbers, words, any = {}, false, false
     for _, p in ipairs(study.points) do
       local v = data.value(p, column.name)
       numbers[#numbers + 1] = v
+      any = any or v and v ~= 0
       words = words or column.type == "text" and (p.median[column.name] or p.derived[column.name]) ~= nil
     end
-    if #numbers > 0 then
+    local said = axes[column.name] or column.name:find "^rays_" and not any -- by an axis; a kind of rays that there was none of
+    if #numbers > 0 and not said then
       local write, unit = text.column(column.unit, numbers)
       used[#used + 1] = { column = column, write = write, unit = unit, number = true }
     elseif words then
