@@ -62,7 +62,7 @@ unless told otherwise).]],
   {
     name = "tree", summary = "show the trees of a scene: statistics, costs of rays, drawn cells", module = "rtray.tree",
     arguments = { SCENE },
-    options = options.take("folder", "cut", "color", "group", "shown_tracers", "builder", "size", "define", "set", "seed", "json"),
+    options = options.take("folder", "cut", "color", "group", "shown_tracers", "builder", "size", "define", "set", "frame", "seed", "json"),
     text = [[
 Prints the statistics of every tree as info does, the leaves of one group's trees by depth and by references, what camera rays cost in
 each structure (inner nodes and leaves visited, primitives tested: mean, what 95 of 100 rays stay below, max), and the cost that the
@@ -79,8 +79,8 @@ whole, and the picture says how many. Without --cut the plane goes through the m
   {
     name = "pixel", summary = "explain one pixel: its rays, what they hit and what each brought", module = "rtray.pixel",
     arguments = { SCENE, { name = "X,Y", type = "text" } },
-    options = options.take("sample", "all_samples", "svg", "tracers_list", "size", "samples", "define", "set", "integrator", "tracer",
-      "builder", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "seed", "json"),
+    options = options.take("sample", "all_samples", "svg", "tracers_list", "size", "samples", "define", "set", "frame", "integrator",
+      "tracer", "builder", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "seed", "json"),
     text = [[
 X,Y counts from the top left, from 0. Each sample is a tree of rays: the camera ray, and from what it hits mirrored, refracted and
 scattered rays and shadow rays, with hit, names, position, normal, texture coordinates and material. The lines with + are what a ray

@@ -258,6 +258,18 @@ describe("pixel", function()
     assert.equal("", r.out)
   end)
 
+  it("takes a frame of an animation", function()
+    local path = support.write(folder .. "/moves.lua", [[
+local rt = require "rt"
+return rt.animation { frames = 3, scene = function(t)
+  return rt.scene { settings = { width = 8, height = 8, samples = 1 }, camera = rt.camera { eye = {0, 0, 5 + t}, look_at = {0, 0, 0} },
+    rt.sphere { center = {0, 0, 0}, radius = 1 } }
+end }]])
+    assert.is_true(math.abs(json({ "pixel", path, "4,4", "--frame", "2" }).rays[1].hit.t - 5.1) < 0.1)
+    assert.is_true(math.abs(json({ "pixel", path, "4,4" }).rays[1].hit.t - 4.1) < 0.1)
+    assert.equal(1, #json({ "tree", path, "--frame", "1", "--tracer", "kdtree" }).trees)
+  end)
+
   it("is strict about its place", function()
     for _, where in ipairs { "30", "30,", ",20", "a,b", "30,20,1", "-1,2", "1.5,2", "30, 20", "0x1,2", "99999999999999999999,1" } do
       local r = rtray { "pixel", scene, "--", where }
