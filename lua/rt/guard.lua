@@ -13,8 +13,8 @@ function guard.open(path)
   return io.open(path, "rb")
 end
 
--- A script begins (1) or ends (-1).
-function guard.depth(_)
+-- A script begins (1) or ends (-1, its run).
+function guard.depth(_, _)
 end
 
 -- Says what goes on from now, as "in the script"; returns what went on before.

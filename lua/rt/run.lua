@@ -51,7 +51,7 @@ function run.call(r, f, ...)
   current = r
   guard.depth(1)
   local results = table.pack(pcall(f, ...))
-  guard.depth(-1)
+  guard.depth(-1, r)
   current, package.path = before_run, before_path
   for name in next, package.loaded do
     local file = type(name) == "string" and not loaded[name] and not package.preload[name] and package.searchpath(name, own)

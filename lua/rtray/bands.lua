@@ -5,6 +5,7 @@ local json = require "rtray.json"
 local limits = require "rtray.limits"
 local output = require "rtray.output"
 local progress = require "rtray.progress"
+local recipe = require "rtray.recipe"
 local report = require "rtray.report"
 
 local bands = {}
@@ -23,7 +24,7 @@ function bands.render(opened, target, values)
   local begun = sys.now()
   sys.defer(true)
   local at = 0
-  local save = { text = report.texts(opened, settings) }
+  local save = { text = report.texts(opened, settings, values, target.save) }
   for key, value in pairs(target.save) do -- a copy: the order is of no matter
     save[key] = value
   end
@@ -41,6 +42,7 @@ function bands.render(opened, target, values)
       math.floor(at * 100), target.path)
     return 1
   end
+  recipe.beside(target.path, target.save.format, save.text)
   sys.defer(false)
   local seconds = sys.now() - begun
   if values.json then

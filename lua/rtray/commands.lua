@@ -10,7 +10,7 @@ local commands = {
     arguments = { SCENE },
     options = options.take("output", "size", "samples", "workers", "define", "set", "frame", "integrator", "tracer", "builder", "tile",
       "schedule", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "crop", "seed", "memory_limit", "exposure",
-      "tone", "bits", "quality", "alpha", "format", "bands", "band_memory", "watch", "preview", "progress", "quiet", "json", "stats",
+      "tone", "bits", "quality", "alpha", "format", "no_metadata", "bands", "band_memory", "watch", "preview", "progress", "quiet", "json", "stats",
       "settings"),
     text = [[
 SCENE is a Lua script, an old scene definition file (.sdf) or a mesh file (PLY, OBJ, STL). Without -o the image is NAME.png in this
@@ -30,7 +30,7 @@ by band straight into the file; --bands asks for that.]],
     arguments = { SCENE },
     options = options.take("frames", "output", "size", "samples", "workers", "at_once", "keep_going", "define", "set", "integrator", "tracer",
       "builder", "tile", "schedule", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "crop", "seed", "memory_limit",
-      "exposure", "tone", "bits", "quality", "alpha", "format", "progress", "quiet", "json", "stats"),
+      "exposure", "tone", "bits", "quality", "alpha", "format", "no_metadata", "progress", "quiet", "json", "stats"),
     text = [[
 SCENE is a script that returns rt.animation. -o is a pattern with one %d or %0Nd for the frame's number, as in frame%04d.png, or a
 film: .mp4, .webm, .gif, .webp, .apng, .mkv or .mov. Without -o the film is NAME.mp4 in this folder. A film's frames are kept in
@@ -103,6 +103,21 @@ the rays of one sample; --tracers tells what they cost in each structure.]],
 The script renders the same bits as the file. Without -o it is written beside the file, as NAME.lua; an existing file is kept unless
 --force.]],
     examples = { "rtray convert scenes/paper.sdf -o paper2.lua" },
+  },
+  {
+    name = "replay", summary = "make an image again from what it says of itself; exit status 4 when it differs",
+    arguments = { { name = "IMAGE", type = "file" } }, module = "rtray.replay",
+    options = options.take("output", "files_folder", "print", "allow_read", "limit", "workers", "progress", "quiet", "json"),
+    text = [[
+An image that rtray has rendered holds its script with the modules it required, parameters, settings, the library's version and the
+hashes of the files it read (in PNG and HDR files; beside the others in NAME.json). The script is run again, always in the sandbox and
+without a folder to write to, the picture is rendered, and the hashes are compared: the same bits, or a line for each thing that differs
+here: version, a missing or changed file, the described scene, the image. Meshes and textures are not in the image: they are looked for
+below the image's folder, or --files.
+
+--print shows the scripts and what else the image says, with control characters made visible, and runs nothing: look before you replay
+a stranger's image.]],
+    examples = { "rtray replay paper.png", "rtray replay paper.png --print", "rtray replay bunny.png --files ~/meshes -o again.png" },
   },
   {
     name = "compare", summary = "compare two images; exit status 4 when they differ",

@@ -30,7 +30,8 @@ end
 
 -- A fault of the program's own: a plain table, for a script's may have functions in it.
 local function is_fault(raised)
-  return type(raised) == "table" and getmetatable(raised) == nil and math.type(raised.status) == "integer" and raised.status > 0 and type(raised.message) == "string"
+  return type(raised) == "table" and getmetatable(raised) == nil and type(raised.message) == "string"
+    and math.type(raised.status) == "integer" and raised.status > 0
 end
 
 function faults.of(raised)

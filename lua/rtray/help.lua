@@ -9,7 +9,7 @@ local help = {}
 
 help.statuses = {
   { 0, "done" }, { 1, "the scene or a file is at fault, or --limit ran out" }, { 2, "the command line" }, { 3, "the machine (disk, memory)" },
-  { 4, "ran well and the answer is no (compare, verify)" },
+  { 4, "ran well and the answer is no (compare, verify, replay)" },
 }
 
 -- Lines of at most `width` columns, each after the first indented.

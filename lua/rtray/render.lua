@@ -9,6 +9,7 @@ local limits = require "rtray.limits"
 local output = require "rtray.output"
 local options = require "rtray.options"
 local progress = require "rtray.progress"
+local recipe = require "rtray.recipe"
 local report = require "rtray.report"
 local source = require "rtray.source"
 local types = require "rtray.types"
@@ -90,12 +91,13 @@ end
 
 local function finish(opened, job, target, values)
   local image, stats = job:image(), job:stats()
-  local save = { text = report.texts(opened, job.settings) }
-  save.text.Hash = image:hash()
+  local save = { text = report.texts(opened, job.settings, values, target.save) }
+  save.text.Hash = not values.no_metadata and image:hash() or nil
   for key, value in pairs(target.save) do -- a copy: the order is of no matter
     save[key] = value
   end
   image:save(target.path, save)
+  recipe.beside(target.path, target.save.format, save.text)
   if values.preview then
     image:save(values.preview)
   end
@@ -138,6 +140,19 @@ local function once(opened, target, values, stale)
   finish(opened, job, target, values)
   sys.defer(false)
   return 0
+end
+
+-- Renders for another command: the image and its settings; raises when it is interrupted.
+function render.wait(opened, values, name)
+  local job <close> = opened.scene:start {}
+  sys.defer(true)
+  local state = attend(job, values, progress.new(values, name))
+  if state == "cancelled" then
+    error "interrupted"
+  end
+  sys.defer(false)
+  sys.limit_time(nil)
+  return job:image(), job.settings
 end
 
 function render.run(command, values, arguments)

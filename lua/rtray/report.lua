@@ -4,6 +4,7 @@ local files = require "rtray.files"
 local axis = require "rt.axis"
 local json = require "rtray.json"
 local output = require "rtray.output"
+local recipe = require "rtray.recipe"
 local types = require "rtray.types"
 
 local report = {}
@@ -43,19 +44,25 @@ report.parameter = parameter
 function report.parameter_values(run)
   local object = json.object()
   for _, p in ipairs(run.params) do
-    object:set(p.name, parameter(p.value))
+    object:set(p.name, p.type == "file" and files.name_of(p.value) or parameter(p.value)) -- where the user keeps files is nobody's business
   end
   return object
 end
 
 -- What an image file says about itself: { [key] = text }. Only what decides the picture: equal pictures make equal files, however they were computed.
-function report.texts(opened, settings)
+-- values: the options; save: how the image is saved. With --no-metadata there are none.
+function report.texts(opened, settings, values, save)
   local run = opened.run
+  if values.no_metadata then
+    return {}
+  end
+  local picture = report.picture_settings(settings)
   return {
     Software = "librt " .. require("rt").version,
     Scene = types.quote(files.name_of(run.path)):sub(2, -2),
-    Settings = json.encode(report.picture_settings(settings)),
+    Settings = json.encode(picture),
     Parameters = #run.params > 0 and json.encode(report.parameter_values(run)) or nil,
+    Recipe = recipe.of(opened, picture, save),
   }
 end
 

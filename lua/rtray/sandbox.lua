@@ -120,23 +120,53 @@ end
 local function text_of(path)
   return texts[run.absolute(path)]
 end
+sandbox.stands_in = text_of
+
+-- What guard.open gives for a text: the methods of a file that readers use.
+local function text_file(text)
+  local at = 1
+  return {
+    read = function(_, n)
+      if at > #text then
+        return n == "a" and "" or nil
+      end
+      local part = text:sub(at, n == "a" and #text or at + n - 1)
+      at = at + #part
+      return part
+    end,
+    lines = function()
+      return text:gmatch "([^\n]*)\n?"
+    end,
+    close = function()
+      return true
+    end,
+  }
+end
+
+local scripts = {} -- path -> text, of scripts read since a run ended
 
 -- The text of a script's file, or nil and the reason.
 local function read(path)
-  local text = text_of(path)
-  if text then
-    return text
-  end
   local file, why = guard.open(path)
   if not file then
     return nil, why
   end
-  local ok
-  text, ok = file:read "a"
+  local text
+  text, why = file:read "a"
   file:close()
-  return text, text == nil and ("%s: %s"):format(path, tostring(ok)) or nil
+  scripts[path] = text
+  return text, text == nil and ("%s: %s"):format(path, tostring(why)) or nil
 end
-sandbox.read = read
+
+-- The text of a file of the program's, or nil.
+function sandbox.text(path)
+  local file = not text_of(path) and io.open(path, "rb")
+  local text = text_of(path) or file and file:read "a"
+  if file then
+    file:close()
+  end
+  return text
+end
 
 -- ---- environments ----
 
@@ -439,7 +469,10 @@ function guard.load(r)
 end
 
 function guard.open(path)
-  if sys.guard_on() then
+  local text = text_of(path)
+  if text then
+    return text_file(text)
+  elseif sys.guard_on() then
     return sys.guard_open(path, "rb")
   end
   return io.open(path, "rb")
@@ -449,13 +482,33 @@ guard.phase = sys.phase
 
 local phases = {}
 
-function guard.depth(change)
+local reads = setmetatable({}, { __mode = "k" }) -- run -> { [path] = text of a script, or true }
+
+-- What the script of a run and those that it loaded have read: { [path] = text of a script | true }. Kept apart from the run, which scripts reach.
+function sandbox.reads(r)
+  reads[r] = reads[r] or {}
+  return reads[r]
+end
+
+function guard.depth(change, r)
   sys.guard_depth(change)
   if change > 0 then
     phases[#phases + 1] = sys.phase "in the script"
-  else
-    sys.phase(table.remove(phases))
+    return
   end
+  sys.phase(table.remove(phases))
+  local outermost = r
+  for _ = 1, 200 do
+    outermost = outermost.outer or outermost
+  end
+  local list = sandbox.reads(outermost)
+  for _, path in ipairs(sys.guard_reads()) do
+    list[path] = list[path] or true
+  end
+  for path, text in next, scripts do
+    list[path] = text
+  end
+  scripts = {}
 end
 
 local function folder_of(path)

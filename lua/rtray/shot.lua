@@ -2,6 +2,7 @@
 
 local sys = require "rtray.sys"
 local json = require "rtray.json"
+local recipe = require "rtray.recipe"
 local report = require "rtray.report"
 local source = require "rtray.source"
 
@@ -33,8 +34,9 @@ function shot.describe(stage, frame)
   local settings = json.encode(report.picture_settings((scene:effective())))
   local description = scene:hash()
   return {
-    frame = frame, scene = scene, opened = { scene = scene, run = run }, description = description, settings = settings,
-    key = sys.sha256(table.concat({ "librt " .. require("rt").version, settings, save_text(stage.save), description }, "\n")),
+    frame = frame, scene = scene, opened = { scene = scene, run = run, frame = frame }, description = description, settings = settings,
+    key = sys.sha256(table.concat({ "librt " .. require("rt").version, settings, save_text(stage.save), description,
+      stage.values.no_metadata and "no metadata" or nil }, "\n")),
   }
 end
 
@@ -57,8 +59,8 @@ end
 function shot.finish(stage, ledger, described)
   local job = described.job
   local image, stats = job:image(), job:stats()
-  local save = { text = report.texts(described.opened, job.settings), format = stage.target.format }
-  save.text.Hash = image:hash()
+  local save = { text = report.texts(described.opened, job.settings, stage.values, stage.save), format = stage.target.format }
+  save.text.Hash = not stage.values.no_metadata and image:hash() or nil
   for key, value in pairs(stage.save) do -- a copy: the order is of no matter
     save[key] = value
   end
@@ -69,11 +71,12 @@ function shot.finish(stage, ledger, described)
     error(at and raised:sub(1, at - 1) .. stage.target.place(described.frame) .. raised:sub(to + 1) or raised, 0)
   end
   local width, height = image:size()
-  described.width, described.height, described.image, described.stats = width, height, save.text.Hash, stats
+  described.width, described.height, described.image, described.stats = width, height, image:hash(), stats
   ledger:put(described.frame, {
     key = described.key, description = described.description, image = described.image, settings = described.settings,
     seconds = ("%.3f"):format(stats.seconds),
   }, part, stage.target.place(described.frame))
+  recipe.beside(stage.target.place(described.frame), save.format, save.text)
   image:release()
   job:release()
   described.job = nil

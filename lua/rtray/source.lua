@@ -5,6 +5,7 @@ local cli = require "rtray.cli"
 local types = require "rtray.types"
 local options = require "rtray.options"
 local output = require "rtray.output"
+local recipe = require "rtray.recipe"
 local sandbox = require "rtray.sandbox"
 
 local source = {}
@@ -61,7 +62,7 @@ end
 -- more: settings of the command's own, stronger than the options.
 function source.load(path, values, command, more)
   local kind, why = sys.stat(path)
-  if kind ~= "file" then -- a device may never end
+  if kind ~= "file" and not sandbox.stands_in(path) then -- a device may never end
     local reason = kind == "other" and "it is a device or a pipe, not a regular file" or kind and "it is a folder" or why
     error({ status = 1, message = ("%s cannot be read: %s"):format(types.quote(path), reason) }, 0)
   end
@@ -86,6 +87,7 @@ function source.load(path, values, command, more)
   if not ok then
     blame(command, value)
   end
+  recipe.remember(run, path, values)
   return value, run
 end
 
@@ -107,7 +109,7 @@ function source.open(path, values, command, more)
   elseif values.frame then
     cli.fault(command, "--frame: %s is a single picture; rt.animation { frames = ..., scene = function(t) ... end } makes frames", types.quote(path))
   end
-  return { scene = value, run = run, animation = animation }
+  return { scene = value, run = run, animation = animation, frame = animation and (values.frame or 0) or nil }
 end
 
 -- The animation at `path`, and the run of its script.

@@ -143,7 +143,7 @@ describe("completions", function()
         "_rtray", "printf '%s\\n' \"${COMPREPLY[@]}\"" }, "\n"))
       return support.shell("bash try.sh", folder).out
     end
-    assert.equal("render\nreport\nrepl\n", complete "rtray re")
+    assert.equal("render\nreplay\nreport\nrepl\n", complete "rtray re")
     assert.equal("--samples\n--stats\n--settings\n", (complete "rtray render --s":gsub("%-%-[^\n]*\n", function(name)
       return name:find "^%-%-s[ate]" and not name:find "^%-%-seed" and not name:find "%-%-set\n" and name or ""
     end)))
