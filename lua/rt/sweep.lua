@@ -80,6 +80,15 @@ local function with_preset(list, preset, described)
   return all
 end
 
+-- What kind the values of a function's parameter are: by the first of a list, or by how a text begins.
+local function implied_type(values)
+  local first = type(values) == "table" and values[1]
+  if type(values) == "table" then
+    return type(first) == "string" and "string" or type(first) == "boolean" and "boolean" or "number"
+  end
+  return values:find "^[+-]?%.?%d" and "number" or "string"
+end
+
 -- A function gets the axes' values by name; what is no setting's name is a parameter.
 local function implied(list)
   local declared = {}
@@ -89,8 +98,7 @@ local function implied(list)
   end
   for _, pair in ipairs(list) do
     if not known[pair[1]] then
-      local first = type(pair[2]) == "table" and pair[2][1]
-      declared[#declared + 1] = { name = pair[1], type = type(first) == "string" and "string" or type(first) == "boolean" and "boolean" or "number" }
+      declared[#declared + 1] = { name = pair[1], type = implied_type(pair[2]) }
     end
   end
   return declared

@@ -2,6 +2,9 @@
 -- medians are shown.
 
 local child = require "rtray.child"
+local csv = require "rt.csv"
+local study = require "rt.study"
+local sweep_folder = require "rt.sweep_folder"
 local files = require "rtray.files"
 local json = require "rtray.json"
 local output = require "rtray.output"
@@ -13,13 +16,6 @@ local BUILDERS = { -- as `builder` and `accel`
   { name = "kdtree exact", tracer = "kdtree", builder = "exact" }, { name = "kdtree binned", tracer = "kdtree", builder = "binned" },
   { name = "kdtree paper", tracer = "kdtree", builder = "paper" }, { name = "octree", tracer = "octree", builder = "auto" },
 }
-
-local function median(list)
-  local sorted = table.move(list, 1, #list, 1, {})
-  table.sort(sorted)
-  local n = #sorted
-  return n % 2 == 1 and sorted[n // 2 + 1] or (sorted[n // 2] + sorted[n // 2 + 1]) / 2
-end
 
 -- All trees of the scene together: seconds and bytes add up, depth is the deepest; cost is the first one's.
 local function read_build(text)
@@ -80,7 +76,11 @@ local function measure_all(list, runs, values)
     note(values, "run %d of %d", run, runs)
     for _, a in ipairs(list) do
       a.runs = a.runs or {}
+      local lock = sweep_folder.machine_lock(function(text) note(values, "rtray bench: %s", text) end)
       a.runs[run] = a.measure() or { seconds = 0, missing = true }
+      if lock then
+        lock:release()
+      end
     end
   end
   for _, a in ipairs(list) do
@@ -88,7 +88,7 @@ local function measure_all(list, runs, values)
     for i, r in ipairs(a.runs) do
       seconds[i] = r.seconds
     end
-    a.median, a.last = median(seconds), a.runs[#a.runs]
+    a.median, a.last = study.median(seconds), a.runs[#a.runs]
   end
 end
 
@@ -115,18 +115,13 @@ local function print_tables(list, path, settings, runs)
   output.table(rows, { true })
 end
 
-local function csv_field(value)
-  local text = value == nil and "" or tostring(value)
-  return text:find '[,"\r\n]' and '"' .. text:gsub('"', '""') .. '"' or text
-end
-
 local COLUMNS = {
   "scene", "kind", "structure", "builder", "workers", "width", "height", "samples", "run", "seconds", "rays", "rays_per_second", "nodes", "depth",
   "sah_cost", "tree_bytes", "hash",
 }
 
-local function csv(list, path, settings)
-  local lines = { table.concat(COLUMNS, ",") }
+local function as_csv(list, path, settings)
+  local lines = { csv.row(COLUMNS) }
   for _, a in ipairs(list) do
     for run, r in ipairs(a.runs) do
       local render = a.kind == "render"
@@ -136,14 +131,11 @@ local function csv(list, path, settings)
         r.nodes or "", r.depth or "", r.cost or "", r.bytes or "", r.hash or "",
       }
       if not r.missing then
-        for i, value in ipairs(row) do
-          row[i] = csv_field(value)
-        end
-        lines[#lines + 1] = table.concat(row, ",")
+        lines[#lines + 1] = csv.row(row)
       end
     end
   end
-  return table.concat(lines, "\r\n") .. "\r\n"
+  return table.concat(lines)
 end
 
 local function as_json(list, path, settings, runs)
@@ -173,7 +165,7 @@ function bench.run(command, values, arguments)
     print_tables(list, path, settings, runs)
   end
   if values.output then
-    files.replace(values.output, csv(list, path, settings))
+    files.replace(values.output, as_csv(list, path, settings))
   end
   return 0
 end

@@ -161,6 +161,16 @@ describe("rt.sweep", function()
     end)
   end)
 
+  it("is described by code that runs", function()
+    local file <close> = assert(io.open "docs/sweep.md")
+    local count = 0
+    for code in file:read("a"):gmatch "```lua\n(.-)```" do
+      count = count + 1
+      assert(load(code, "=docs/sweep.md block " .. count))()
+    end
+    assert.equal(1, count)
+  end)
+
   it("takes a function of the values, without a folder too", function()
     local seen = {}
     local results = rt.sweep {
