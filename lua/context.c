@@ -201,6 +201,39 @@ static int memory(lua_State *L)
     return 2;
 }
 
+static void set_count(lua_State *L, const char *key, uint64_t value)
+{
+    lua_pushinteger(L, (lua_Integer)value);
+    lua_setfield(L, -2, key);
+}
+
+static void set_seconds(lua_State *L, const char *key, double value)
+{
+    lua_pushnumber(L, (lua_Number)value);
+    lua_setfield(L, -2, key);
+}
+
+static int counts(lua_State *L)
+{
+    rt_context_work_stats w = rt_context_work(rtl_context_get(L)->rt);
+    lua_createtable(L, 0, 8);
+    set_count(L, "files_read", w.files_read);
+    set_count(L, "files_kept", w.files_kept);
+    set_count(L, "trees_built", w.trees_built);
+    set_count(L, "top_trees_built", w.top_trees_built);
+    set_count(L, "trees_kept", w.trees_kept);
+    set_seconds(L, "read_seconds", w.read_seconds);
+    set_seconds(L, "build_seconds", w.build_seconds);
+    set_seconds(L, "saved_seconds", w.saved_seconds);
+    return 1;
+}
+
+static int drop_kept(lua_State *L)
+{
+    rt_context_drop_kept(rtl_context_get(L)->rt);
+    return 0;
+}
+
 static int version(lua_State *L)
 {
     lua_pushstring(L, rt_version());
@@ -219,7 +252,7 @@ void rtl_open_context(lua_State *L)
 {
     static const luaL_Reg functions[] = {
         {"configure", configure}, {"take_log", take_log}, {"workers", workers}, {"memory", memory},
-        {"version", version},     {"machine", machine},   {NULL, NULL}};
+        {"version", version},     {"machine", machine}, {"counts", counts}, {"drop_kept", drop_kept},   {NULL, NULL}};
     rtl_context **slot = lua_newuserdatauv(L, sizeof(rtl_context *), 0);
     *slot = NULL;
     lua_createtable(L, 0, 1);

@@ -1096,6 +1096,14 @@ function rt.configure(options) end
 ---@return { cpus: integer, memory_available: integer, workers: integer, memory: integer, memory_peak: integer }
 function rt.machine() end
 
+---What reading files and building trees cost since the program began, and what later scenes took over from earlier ones: files by their bytes, trees by their
+---geometry and settings. Material libraries of OBJ files are not counted; they are always read.
+---@return { files_read: integer, files_kept: integer, trees_built: integer, top_trees_built: integer, trees_kept: integer, read_seconds: number, build_seconds: number, saved_seconds: number }
+function rt.counts() end
+
+---Lets go of the files and trees that are only kept for later scenes.
+function rt.drop_kept() end
+
 ---@return { name: string, help: string }[]
 function rt.integrators() end
 

@@ -161,7 +161,7 @@ static int info(lua_State *L)
     rt_scene *scene = rtl_check_scene(L, 1, &c);
     rt_scene_info i;
     rtl_check(L, c, rt_scene_get_info(scene, &i));
-    lua_createtable(L, 0, 17);
+    lua_createtable(L, 0, 19);
     set_integer(L, "triangles", i.triangles);
     set_integer(L, "shapes", i.shapes);
     set_integer(L, "planes", i.planes);
@@ -177,6 +177,8 @@ static int info(lua_State *L)
     set_integer(L, "total_bytes", i.total_bytes);
     set_integer(L, "reused_chunks", i.reused_chunks);
     set_integer(L, "built_trees", i.built_trees);
+    set_integer(L, "built_top_trees", i.built_top_trees);
+    set_integer(L, "kept_trees", i.kept_trees);
     lua_createtable(L, (int)i.tree_count, 0);
     for (uint32_t k = 0; k < i.tree_count; k++) {
         uint32_t group;

@@ -98,10 +98,35 @@ rt_status rti_threads_start(rt_context *ctx, uint32_t count, void (*run)(void *d
                             rti_threads **threads);
 void rti_threads_join(rt_context *ctx, rti_threads *threads); /* NULL is fine */
 
-/* One object of the scene floor that lives as long as the context (its cache of chunks). get returns NULL until one was set. */
-void *rti_context_cache(rt_context *ctx);
-/* Sets it unless one is there already; returns the one that is there now. end is called by rt_context_destroy. */
-void *rti_context_set_cache(rt_context *ctx, void *cache, void (*end)(rt_context *ctx, void *cache));
+/* Objects of the scene floor that live as long as the context. get returns NULL until one was set. */
+enum { RTI_CACHE_CHUNKS = 0, RTI_CACHE_FILES, RTI_CACHE_COUNT };
+typedef struct rti_cache_kind {
+    void (*end)(rt_context *ctx, void *cache); /* by rt_context_destroy, the last slot first */
+    /* An allocation was refused: let go of what nobody uses; false: there is nothing. Any thread, under any lock but the cache's own,
+     * which is why nothing may be allocated under that. */
+    bool (*drop)(rt_context *ctx, void *cache);
+} rti_cache_kind;
+void *rti_context_cache(rt_context *ctx, uint32_t slot);
+/* Sets it unless one is there already; returns the one that is there now. */
+void *rti_context_set_cache(rt_context *ctx, uint32_t slot, void *cache, const rti_cache_kind *kind);
+
+/* Lets the caches go of what they only keep for later; false: they held nothing. rti_alloc does it by itself. */
+bool rti_context_relieve(rt_context *ctx);
+
+/* What rt_context_work tells. Times are counted in nanoseconds. */
+enum {
+    RTI_WORK_FILES_READ = 0,
+    RTI_WORK_FILES_KEPT,
+    RTI_WORK_TREES_BUILT,
+    RTI_WORK_TOPS_BUILT,
+    RTI_WORK_TREES_KEPT,
+    RTI_WORK_READ_NS,
+    RTI_WORK_BUILD_NS,
+    RTI_WORK_SAVED_NS,
+    RTI_WORK_COUNT
+};
+void rti_context_count(rt_context *ctx, uint32_t what, uint64_t amount);
+void rti_context_time(rt_context *ctx, uint32_t what, double seconds);
 
 /* The host's task hook is in use: jobs are then driven by the thread that waits. */
 bool rti_context_has_tasks(const rt_context *ctx);
@@ -126,6 +151,26 @@ uint64_t rti_reader_size(const rti_reader *reader);
 /* Exactly `size` bytes from `offset`; IO when the file has no such bytes (any more). */
 rt_status rti_reader_read(rti_reader *reader, uint64_t offset, void *to, size_t size);
 void rti_reader_close(rti_reader *reader); /* NULL is fine */
+
+/* What tells one state of a file from another without its bytes. settled: it was so old when it was looked at that any later change shows
+ * in it (clocks of file systems tick in steps; a file that was written a moment ago may be written again within the same one). */
+typedef struct rti_stamp {
+    uint64_t device, inode, size;
+    int64_t changed, modified; /* nanoseconds since 1970: of the inode, of the content */
+    bool settled;
+} rti_stamp;
+bool rti_stamp_equal(const rti_stamp *a, const rti_stamp *b); /* settled is not compared */
+
+/* A regular file, open: looked at first, read whole where that does not tell enough. Errors and data as rti_file_read. */
+typedef struct rti_input {
+    const char *path; /* the caller's */
+    int fd;
+    bool stamped; /* false: nothing is known, or it changed while it was read */
+    rti_stamp stamp;
+} rti_input;
+rt_status rti_input_open(rt_context *ctx, const char *path, rti_input *in);
+rt_status rti_input_read(rt_context *ctx, rti_input *in, void **data, size_t *size);
+void rti_input_close(rti_input *in); /* once, after an open that went well */
 
 /* Writes beside the target and renames when all is on disk: a reader sees the old file or the new, never a part. */
 typedef struct rti_writer rti_writer;

@@ -70,6 +70,8 @@ rt_status rt_context_create(const rt_context_desc *desc, rt_context **context)
     ctx->workers = d.workers ? d.workers : rt_cpu_count();
     atomic_init(&ctx->memory_now, 0);
     atomic_init(&ctx->memory_peak, 0);
+    for (uint32_t i = 0; i < RTI_WORK_COUNT; i++)
+        atomic_init(&ctx->work[i], 0);
     pthread_mutex_init(&ctx->message_lock, NULL);
     pthread_mutex_init(&ctx->log_lock, NULL);
     pthread_mutex_init(&ctx->pool_lock, NULL);
@@ -82,8 +84,10 @@ void rt_context_destroy(rt_context *ctx)
 {
     if (!ctx)
         return;
-    if (ctx->cache && ctx->cache_end)
-        ctx->cache_end(ctx, ctx->cache);
+    for (uint32_t i = RTI_CACHE_COUNT; i-- > 0;) {
+        if (ctx->caches[i].cache)
+            ctx->caches[i].kind->end(ctx, ctx->caches[i].cache);
+    }
     rti_pool_destroy(ctx, ctx->pool);
     pthread_mutex_destroy(&ctx->message_lock);
     pthread_mutex_destroy(&ctx->log_lock);
@@ -106,26 +110,68 @@ void rt_context_memory(const rt_context *context, uint64_t *now, uint64_t *peak)
         *peak = atomic_load_explicit(&context->memory_peak, memory_order_relaxed);
 }
 
-void *rti_context_cache(rt_context *ctx)
+void *rti_context_cache(rt_context *ctx, uint32_t slot)
 {
     void *cache;
     pthread_mutex_lock(&ctx->cache_lock);
-    cache = ctx->cache;
+    cache = ctx->caches[slot].cache;
     pthread_mutex_unlock(&ctx->cache_lock);
     return cache;
 }
 
-void *rti_context_set_cache(rt_context *ctx, void *cache, void (*end)(rt_context *ctx, void *cache))
+void *rti_context_set_cache(rt_context *ctx, uint32_t slot, void *cache, const rti_cache_kind *kind)
 {
     void *there;
     pthread_mutex_lock(&ctx->cache_lock);
-    if (!ctx->cache) {
-        ctx->cache = cache;
-        ctx->cache_end = end;
-    }
-    there = ctx->cache;
+    if (!ctx->caches[slot].cache)
+        ctx->caches[slot] = (rti_cache_slot){cache, kind};
+    there = ctx->caches[slot].cache;
     pthread_mutex_unlock(&ctx->cache_lock);
     return there;
+}
+
+bool rti_context_relieve(rt_context *ctx)
+{
+    rti_cache_slot caches[RTI_CACHE_COUNT];
+    bool some = false;
+    pthread_mutex_lock(&ctx->cache_lock);
+    memcpy(caches, ctx->caches, sizeof caches);
+    pthread_mutex_unlock(&ctx->cache_lock);
+    for (uint32_t i = RTI_CACHE_COUNT; i-- > 0;)
+        some |= caches[i].cache && caches[i].kind->drop(ctx, caches[i].cache);
+    return some;
+}
+
+void rt_context_drop_kept(rt_context *context)
+{
+    rti_context_relieve(context);
+}
+
+void rti_context_count(rt_context *ctx, uint32_t what, uint64_t amount)
+{
+    atomic_fetch_add_explicit(&ctx->work[what], amount, memory_order_relaxed);
+}
+
+void rti_context_time(rt_context *ctx, uint32_t what, double seconds)
+{
+    rti_context_count(ctx, what, seconds > 0.0 ? (uint64_t)(seconds * 1.0e9) : 0);
+}
+
+static uint64_t count_of(const rt_context *ctx, uint32_t what)
+{
+    return atomic_load_explicit(&ctx->work[what], memory_order_relaxed);
+}
+
+rt_context_work_stats rt_context_work(const rt_context *context)
+{
+    return (rt_context_work_stats){.files_read = count_of(context, RTI_WORK_FILES_READ),
+                                   .files_kept = count_of(context, RTI_WORK_FILES_KEPT),
+                                   .trees_built = count_of(context, RTI_WORK_TREES_BUILT),
+                                   .top_trees_built = count_of(context, RTI_WORK_TOPS_BUILT),
+                                   .trees_kept = count_of(context, RTI_WORK_TREES_KEPT),
+                                   .read_seconds = (double)count_of(context, RTI_WORK_READ_NS) / 1.0e9,
+                                   .build_seconds = (double)count_of(context, RTI_WORK_BUILD_NS) / 1.0e9,
+                                   .saved_seconds = (double)count_of(context, RTI_WORK_SAVED_NS) / 1.0e9};
 }
 
 bool rti_context_has_tasks(const rt_context *ctx)

@@ -17,6 +17,11 @@ typedef struct rti_message {
 
 typedef struct rti_pool rti_pool;
 
+typedef struct rti_cache_slot {
+    void *cache;
+    const rti_cache_kind *kind;
+} rti_cache_slot;
+
 struct rt_context {
     rt_allocate_fn allocate;
     void *allocate_user;
@@ -40,10 +45,11 @@ struct rt_context {
     pthread_mutex_t pool_lock;
     rti_pool *pool; /* made on first need */
 
-    /* Room for the scene floor's cache of chunks: set and ended by it (rti_context_set_cache). */
+    /* Room for the scene floor's caches: set and ended by it (rti_context_set_cache). */
     pthread_mutex_t cache_lock;
-    void *cache;
-    void (*cache_end)(rt_context *ctx, void *cache);
+    rti_cache_slot caches[RTI_CACHE_COUNT];
+
+    atomic_uint_fast64_t work[RTI_WORK_COUNT];
 };
 
 void rti_pool_destroy(rt_context *ctx, rti_pool *pool);

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "context.h"
@@ -167,6 +168,72 @@ rt_status rti_file_read(rt_context *ctx, const char *path, uint64_t limit, void 
     status = read_all(ctx, fd, path, limit, (size_t)bytes, data, size);
     close(fd);
     return status;
+}
+
+/* ---- files that may be known already ---- */
+
+#define SETTLES 2000000000ll /* nanoseconds: the coarsest clock of a file system that is still in use ticks every 2 s */
+
+static int64_t nanoseconds(struct timespec t)
+{
+    return (int64_t)t.tv_sec * 1000000000ll + t.tv_nsec;
+}
+
+static bool look(int fd, rti_stamp *stamp)
+{
+    struct stat st;
+    struct timespec now;
+    int64_t last;
+    clock_gettime(CLOCK_REALTIME, &now); /* before the look: what changes after it is younger */
+    if (fstat(fd, &st) != 0)
+        return false;
+    *stamp = (rti_stamp){.device = (uint64_t)st.st_dev,
+                         .inode = (uint64_t)st.st_ino,
+                         .size = (uint64_t)st.st_size,
+                         .changed = nanoseconds(st.st_ctim),
+                         .modified = nanoseconds(st.st_mtim)};
+    last = stamp->changed > stamp->modified ? stamp->changed : stamp->modified;
+    stamp->settled = last < nanoseconds(now) - SETTLES;
+    return true;
+}
+
+bool rti_stamp_equal(const rti_stamp *a, const rti_stamp *b)
+{
+    return a->device == b->device && a->inode == b->inode && a->size == b->size && a->changed == b->changed &&
+           a->modified == b->modified;
+}
+
+rt_status rti_input_open(rt_context *ctx, const char *path, rti_input *in)
+{
+    uint64_t size;
+    rt_status status = open_regular(ctx, path, &in->fd, &size);
+    in->path = path;
+    in->stamped = status == RT_OK && look(in->fd, &in->stamp);
+    return status;
+}
+
+rt_status rti_input_read(rt_context *ctx, rti_input *in, void **data, size_t *size)
+{
+    char name[512];
+    uint64_t bytes = in->stamped ? in->stamp.size : 0;
+    rti_stamp after;
+    rt_status status;
+    *data = NULL;
+    *size = 0;
+    if (bytes > SIZE_MAX / 4)
+        return rti_fail(ctx, RT_ERROR_MEMORY_LIMIT, "%s: the file has %llu bytes; %llu are allowed",
+                        rti_quote(name, sizeof name, in->path, strlen(in->path)), (unsigned long long)bytes,
+                        (unsigned long long)(SIZE_MAX / 4));
+    status = read_all(ctx, in->fd, in->path, 0, (size_t)bytes, data, size);
+    /* The stamp is one of these bytes only if it held while they were read. */
+    in->stamped = in->stamped && look(in->fd, &after) && rti_stamp_equal(&after, &in->stamp) && *size == in->stamp.size;
+    return status;
+}
+
+void rti_input_close(rti_input *in)
+{
+    close(in->fd);
+    in->fd = -1;
 }
 
 /* ---- reader ---- */

@@ -48,18 +48,29 @@ static size_t whole_size(size_t size)
     return size + HEADER;
 }
 
+static unsigned char *take(rt_context *ctx, size_t size)
+{
+    unsigned char *raw;
+    if (!charge(ctx, size))
+        return NULL;
+    raw = ctx->allocate(ctx->allocate_user, NULL, 0, size);
+    if (!raw)
+        discharge(ctx, size);
+    return raw;
+}
+
 void *rti_alloc(rt_context *ctx, size_t size)
 {
     unsigned char *raw, *ptr;
     if (size == 0)
         size = 1;
-    if (size > SIZE_MAX / 2 || !charge(ctx, whole_size(size)))
+    if (size > SIZE_MAX / 2)
         return NULL;
-    raw = ctx->allocate(ctx->allocate_user, NULL, 0, whole_size(size));
-    if (!raw) {
-        discharge(ctx, whole_size(size));
+    raw = take(ctx, whole_size(size));
+    if (!raw && rti_context_relieve(ctx)) /* what is only kept for later may be what stands in the way */
+        raw = take(ctx, whole_size(size));
+    if (!raw)
         return NULL;
-    }
     ptr = raw + HEADER - (uintptr_t)raw % HEADER;
     ptr[-1] =
         (unsigned char)(ptr - raw); /* 16 ... 64: malloc's alignment is at least 16 on the systems we know, and 1 suffices */

@@ -18,6 +18,8 @@ rt_status rti_image_check_room(rt_context *ctx, const char *what, uint32_t width
 {
     uint64_t limit = rti_context_memory_limit(ctx), now = 0, available;
     rt_context_memory(ctx, &now, NULL);
+    if (limit && bytes <= limit && now > limit - bytes && rti_context_relieve(ctx))
+        rt_context_memory(ctx, &now, NULL);
     if (limit && (bytes > limit || now > limit - bytes))
         return rti_fail(ctx, RT_ERROR_MEMORY_LIMIT,
                         "%s: %u x %u pixels need %llu bytes; the context's limit is %llu bytes, of which %llu are in use", what,

@@ -5,46 +5,60 @@
 #include <pthread.h>
 #include <string.h>
 
+/* Small trees are quickly built, and few of them are held: a thousand frames that each move something leave nothing behind that
+ * grows. */
 #define BUCKETS    256u
-#define KEPT       32u
-#define KEPT_BYTES (256ull << 20) /* at most, and at most a quarter of the context's memory limit */
+#define KEPT       256u
+#define KEPT_SMALL 32u
+#define SMALL      (64u << 10)  /* bytes */
+#define KEPT_BYTES (1ull << 30) /* at most, and at most a quarter of the context's memory limit */
 
 typedef struct cache {
     pthread_mutex_t lock;
-    rti_chunk *kept[KEPT]; /* the last used first */
+    rti_chunk *kept[KEPT], *small[KEPT_SMALL]; /* the last used first */
     rti_chunk *bucket[BUCKETS];
 } cache;
 
-static bool drop_kept(cache *c)
+/* Lets go of a list's chunks, without the lock: releasing takes it. */
+static bool drop_list(cache *c, rti_chunk **list, unsigned count)
 {
-    rti_chunk *kept[KEPT];
+    rti_chunk *old[KEPT];
     pthread_mutex_lock(&c->lock);
-    memcpy(kept, c->kept, sizeof kept);
-    memset(c->kept, 0, sizeof c->kept);
+    memcpy(old, list, count * sizeof *old);
+    memset(list, 0, count * sizeof *list);
     pthread_mutex_unlock(&c->lock);
-    for (unsigned i = 0; i < KEPT; i++)
-        rti_chunk_release(kept[i]);
-    return kept[0] != NULL;
+    for (unsigned i = 0; i < count; i++)
+        rti_chunk_release(old[i]);
+    return old[0] != NULL;
+}
+
+static bool drop_kept(rt_context *ctx, void *data)
+{
+    cache *c = data;
+    bool large = drop_list(c, c->kept, KEPT), small = drop_list(c, c->small, KEPT_SMALL);
+    (void)ctx;
+    return large || small;
 }
 
 static void cache_end(rt_context *ctx, void *data)
 {
     cache *c = data;
-    drop_kept(c);
+    drop_kept(ctx, c);
     pthread_mutex_destroy(&c->lock);
     rti_free(ctx, c, sizeof *c);
 }
 
 static cache *cache_of(rt_context *ctx)
 {
-    cache *c = rti_context_cache(ctx), *there;
+    static const rti_cache_kind kind = {cache_end, drop_kept};
+    cache *c = rti_context_cache(ctx, RTI_CACHE_CHUNKS), *there;
     if (c)
         return c;
     c = rti_alloc_zero(ctx, sizeof *c);
     if (!c)
         return NULL;
     pthread_mutex_init(&c->lock, NULL);
-    there = rti_context_set_cache(ctx, c, cache_end);
+    there = rti_context_set_cache(ctx, RTI_CACHE_CHUNKS, c, &kind);
     if (there != c)
         cache_end(ctx, c);
     return there;
@@ -153,23 +167,23 @@ rti_chunk *rti_chunk_share(rt_context *ctx, uint32_t kind, void *data, size_t si
 }
 
 /* Puts the chunk in front; gives back (through out) what no longer fits. Under the lock. */
-static unsigned keep_locked(cache *c, rti_chunk *chunk, uint64_t limit, rti_chunk *out[KEPT + 1])
+static unsigned keep_locked(rti_chunk **list, unsigned most, rti_chunk *chunk, uint64_t limit, rti_chunk *out[KEPT + 1])
 {
     rti_chunk *old[KEPT];
     uint64_t bytes = 0;
     unsigned n = 0, dropped = 0;
-    memcpy(old, c->kept, sizeof old);
-    memset(c->kept, 0, sizeof c->kept);
-    for (unsigned i = 0; i <= KEPT; i++) {
+    memcpy(old, list, most * sizeof *old);
+    memset(list, 0, most * sizeof *list);
+    for (unsigned i = 0; i <= most; i++) {
         rti_chunk *k = i == 0 ? chunk : old[i - 1];
         if (!k)
             continue;
-        if ((i > 0 && k == chunk) || n == KEPT || k->size > limit - bytes) {
+        if ((i > 0 && k == chunk) || n == most || k->size > limit - bytes) {
             out[dropped++] = k;
             continue;
         }
         bytes += k->size;
-        c->kept[n++] = k;
+        list[n++] = k;
     }
     return dropped;
 }
@@ -178,13 +192,15 @@ void rti_chunk_keep(rti_chunk *chunk)
 {
     cache *c = cache_of(chunk->ctx);
     uint64_t limit = rti_context_memory_limit(chunk->ctx) / 4;
+    bool small = chunk->size < SMALL;
     rti_chunk *out[KEPT + 1];
     unsigned dropped;
     if (!c)
         return;
+    limit = limit && limit < KEPT_BYTES ? limit : KEPT_BYTES;
     rti_chunk_retain(chunk);
     pthread_mutex_lock(&c->lock);
-    dropped = keep_locked(c, chunk, limit && limit < KEPT_BYTES ? limit : KEPT_BYTES, out);
+    dropped = keep_locked(small ? c->small : c->kept, small ? KEPT_SMALL : KEPT, chunk, limit, out);
     pthread_mutex_unlock(&c->lock);
     for (unsigned i = 0; i < dropped; i++)
         rti_chunk_release(out[i]);
@@ -192,8 +208,8 @@ void rti_chunk_keep(rti_chunk *chunk)
 
 bool rti_chunk_drop_kept(rt_context *ctx)
 {
-    cache *c = rti_context_cache(ctx);
-    return c && drop_kept(c);
+    cache *c = rti_context_cache(ctx, RTI_CACHE_CHUNKS);
+    return c && drop_kept(ctx, c);
 }
 
 rti_chunk *rti_chunk_retain(rti_chunk *chunk)

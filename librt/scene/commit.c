@@ -330,9 +330,6 @@ rt_status rt_scene_commit(rt_scene *scene, const rt_commit_desc *desc)
     atomic_store(&scene->cancel.asked, false);
     env = rti_fp_enter();
     status = attempt(scene);
-    /* Trees kept for later may be what stands in the way. */
-    if ((status == RT_ERROR_MEMORY || status == RT_ERROR_MEMORY_LIMIT) && rti_chunk_drop_kept(scene->ctx))
-        status = attempt(scene);
     rti_fp_leave(env);
     return status;
 }

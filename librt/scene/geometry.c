@@ -65,6 +65,7 @@ rt_status rti_mesh_make(rt_context *ctx, const char *call, const rti_mesh_want *
     if (!mesh)
         return rti_fail_memory(ctx, call, p.layout.size);
     memset(mesh, 0, sizeof *mesh);
+    atomic_init(&mesh->refs, 1);
     mesh->size = p.layout.size;
     mesh->vertex_count = want->vertices;
     mesh->positions = p.positions ? (float *)(void *)(block + p.positions) : NULL;
@@ -80,7 +81,7 @@ rt_status rti_mesh_make(rt_context *ctx, const char *call, const rti_mesh_want *
 
 void rti_mesh_free(rt_context *ctx, rti_mesh *mesh)
 {
-    if (mesh)
+    if (mesh && atomic_fetch_sub_explicit(&mesh->refs, 1, memory_order_acq_rel) == 1)
         rti_free(ctx, mesh, mesh->size);
 }
 

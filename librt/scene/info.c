@@ -66,6 +66,8 @@ rt_status rt_scene_get_info(const rt_scene *scene, rt_scene_info *info)
     info->lights = s->view.light_count;
     info->reused_chunks = s->reused_chunks;
     info->built_trees = s->built_trees;
+    info->built_top_trees = s->built_tops;
+    info->kept_trees = s->kept_trees;
     rti_snapshot_release(s);
     return RT_OK;
 }

@@ -41,9 +41,8 @@ static rt_status check_indices(rt_context *ctx, const char *call, const uint32_t
     return RT_OK;
 }
 
-static rt_status check_mesh(const rt_scene *scene, const char *call, const rt_mesh_desc *d)
+static rt_status check_mesh(rt_context *ctx, const char *call, const rt_mesh_desc *d)
 {
-    rt_context *ctx = scene->ctx;
     rt_status status = check_null(ctx, call, "positions", d->positions, "vertex_count", d->vertex_count);
     if (status == RT_OK)
         status = check_null(ctx, call, "indices", d->indices, "triangle_count", d->triangle_count);
@@ -60,14 +59,11 @@ static rt_status check_mesh(const rt_scene *scene, const char *call, const rt_me
         status = rti_check_floats(ctx, call, "uvs", d->uvs, d->vertex_count, 2, 1.0e9f);
     if (status == RT_OK && d->colors)
         status = rti_check_floats(ctx, call, "colors", d->colors, d->vertex_count, 3, 1.0e6f);
-    if (status == RT_OK && d->face_materials)
-        status = rti_check_materials(scene, call, "face_materials", d->face_materials, d->triangle_count);
     return status;
 }
 
-/* Hands a filled mesh to a new geometry, or frees it. */
-static rt_status add(rt_scene *scene, const char *call, const rt_geometry_common *common, rti_mesh *mesh, uint32_t triangle_count,
-                     rt_geometry *geometry)
+rt_status rti_mesh_add(rt_scene *scene, const char *call, const rt_geometry_common *common, rti_mesh *mesh,
+                       uint32_t triangle_count, rt_geometry *geometry)
 {
     rti_geometry *g;
     rt_status status = rti_geometry_push(scene, call, common, RTK_GEOM_MESH, triangle_count, &g);
@@ -88,33 +84,41 @@ static void copy(void *to, const void *from, size_t count, size_t item)
         memcpy(to, from, count * item);
 }
 
+rt_status rti_mesh_of(rt_context *ctx, const char *call, const rt_mesh_desc *d, rti_mesh **out)
+{
+    rti_mesh *mesh;
+    rti_mesh_want want = {.vertices = d->vertex_count,
+                          .triangles = d->triangle_count,
+                          .normals = d->normals != NULL,
+                          .uvs = d->uvs != NULL,
+                          .colors = d->colors ? d->vertex_count : 0,
+                          .materials = d->face_materials ? d->triangle_count : 0};
+    rt_status status = check_mesh(ctx, call, d);
+    if (status == RT_OK)
+        status = rti_mesh_make(ctx, call, &want, &mesh);
+    if (status != RT_OK)
+        return status;
+    copy(mesh->positions, d->positions, d->vertex_count, 3 * sizeof(float));
+    copy(mesh->indices, d->indices, d->triangle_count, 3 * sizeof(uint32_t));
+    copy(mesh->normals, d->normals, d->vertex_count, 3 * sizeof(float));
+    copy(mesh->uvs, d->uvs, d->vertex_count, 2 * sizeof(float));
+    copy(mesh->colors, d->colors, d->vertex_count, 3 * sizeof(float));
+    copy(mesh->materials, d->face_materials, d->triangle_count, sizeof(uint32_t));
+    *out = mesh;
+    return RT_OK;
+}
+
 rt_status rt_scene_add_mesh(rt_scene *scene, const rt_mesh_desc *desc, rt_geometry *geometry)
 {
     static const char call[] = "rt_scene_add_mesh";
     rt_mesh_desc d = rt_mesh_desc_default();
     rti_mesh *mesh;
-    rti_mesh_want want;
     rt_status status = rti_add_begin(scene, call, desc, &d, sizeof d, &d.common);
+    if (status == RT_OK && d.face_materials)
+        status = rti_check_materials(scene, call, "face_materials", d.face_materials, d.triangle_count);
     if (status == RT_OK)
-        status = check_mesh(scene, call, &d);
-    if (status != RT_OK)
-        return status;
-    want = (rti_mesh_want){.vertices = d.vertex_count,
-                           .triangles = d.triangle_count,
-                           .normals = d.normals != NULL,
-                           .uvs = d.uvs != NULL,
-                           .colors = d.colors ? d.vertex_count : 0,
-                           .materials = d.face_materials ? d.triangle_count : 0};
-    status = rti_mesh_make(scene->ctx, call, &want, &mesh);
-    if (status != RT_OK)
-        return status;
-    copy(mesh->positions, d.positions, d.vertex_count, 3 * sizeof(float));
-    copy(mesh->indices, d.indices, d.triangle_count, 3 * sizeof(uint32_t));
-    copy(mesh->normals, d.normals, d.vertex_count, 3 * sizeof(float));
-    copy(mesh->uvs, d.uvs, d.vertex_count, 2 * sizeof(float));
-    copy(mesh->colors, d.colors, d.vertex_count, 3 * sizeof(float));
-    copy(mesh->materials, d.face_materials, d.triangle_count, sizeof(uint32_t));
-    return add(scene, call, &d.common, mesh, d.triangle_count, geometry);
+        status = rti_mesh_of(scene->ctx, call, &d, &mesh);
+    return status == RT_OK ? rti_mesh_add(scene, call, &d.common, mesh, d.triangle_count, geometry) : status;
 }
 
 /* Also counts the triangles and finds the largest face. */
@@ -189,5 +193,5 @@ rt_status rt_scene_add_polyhedron(rt_scene *scene, const rt_polyhedron_desc *des
     cut_faces(&d, scratch, mesh);
     rti_fp_leave(env);
     rti_free(scene->ctx, scratch, RTI_POLYGON_SCRATCH * sizeof *scratch * largest);
-    return add(scene, call, &d.common, mesh, triangles, geometry);
+    return rti_mesh_add(scene, call, &d.common, mesh, triangles, geometry);
 }

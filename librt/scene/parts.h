@@ -18,7 +18,7 @@ struct rti_snapshot {
     size_t size; /* of this block, views included */
     atomic_uint refs;
     uint32_t group_count, texture_count;
-    uint32_t reused_chunks, built_trees;
+    uint32_t reused_chunks, built_trees, built_tops, kept_trees;
     const struct rti_tracer *tracer;
     rti_build_settings settings;
     bool auto_builder;

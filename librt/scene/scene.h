@@ -13,8 +13,10 @@
 #define RTI_MAX_PRIMS  (1u << 30)
 #define RTI_BLADES_MAX 64u
 
-/* Arrays that a mesh (or a geometry of many spheres) owns, all in one block. Absent ones are NULL. */
+/* Arrays of a mesh (or a geometry of many spheres), all in one block. Absent ones are NULL. Never changed once it is filled: geometries of
+ * several scenes may share it. */
 typedef struct rti_mesh {
+    atomic_uint refs;
     size_t size; /* of the block, this struct first */
     uint32_t vertex_count;
     float *positions, *normals, *uvs, *colors;
@@ -28,7 +30,7 @@ typedef struct rti_geometry {
     float uv_xfm[6];
     uint32_t count; /* primitives */
     uint32_t first; /* shapes and planes: index in the scene's array of them */
-    rti_mesh *mesh; /* NULL: has no arrays */
+    rti_mesh *mesh; /* a reference; NULL: has no arrays */
 } rti_geometry;
 
 typedef struct rti_plane {
@@ -130,7 +132,12 @@ typedef struct rti_mesh_want {
     uint32_t colors, materials, faces;
 } rti_mesh_want;
 rt_status rti_mesh_make(rt_context *ctx, const char *call, const rti_mesh_want *want, rti_mesh **out);
-void rti_mesh_free(rt_context *ctx, rti_mesh *mesh); /* NULL is fine */
+void rti_mesh_free(rt_context *ctx, rti_mesh *mesh); /* a reference; NULL is fine */
+/* A checked copy of a mesh's arrays, all but the materials of faces, which only a scene can check. */
+rt_status rti_mesh_of(rt_context *ctx, const char *call, const rt_mesh_desc *desc, rti_mesh **out);
+/* A new geometry of the mesh, whose reference it takes, also when that fails. */
+rt_status rti_mesh_add(rt_scene *scene, const char *call, const rt_geometry_common *common, rti_mesh *mesh, uint32_t triangle_count,
+                       rt_geometry *geometry);
 /* What every add begins with: the scene can be edited, the descriptor is sound (copied over the defaults in full), so are its
  * common fields. common points into full. */
 rt_status rti_add_begin(rt_scene *scene, const char *call, const void *desc, void *full, uint32_t size,

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "import/image_read.h"
+#include "kept.h"
 
 #define LARGEST 65536u
 
@@ -82,14 +83,41 @@ rt_status rt_scene_add_texture(rt_scene *scene, const rt_texture_desc *desc, rt_
     return status == RT_OK ? push(scene, call, chunk, NULL, texture) : status;
 }
 
+/* Of the settings, and of the path unless it is NULL. */
 static rti_hash source_hash(const char *path, const rt_texture_desc *d)
 {
     uint32_t how[3] = {(uint32_t)d->wrap, d->linear != 0, d->nearest != 0};
     rti_hasher h;
     rti_hasher_init(&h);
+    rti_hasher_add(&h, "image", 5);
     rti_hasher_add(&h, how, sizeof how);
-    rti_hasher_add(&h, path, strlen(path));
+    if (path)
+        rti_hasher_add(&h, path, strlen(path));
     return rti_hasher_end(&h);
+}
+
+/* The texture of an image file: held by the context, or read. */
+static rt_status load(rt_context *ctx, const char *call, const char *path, const rt_texture_desc *d, rti_chunk **chunk)
+{
+    rti_kept_file file;
+    rti_kept kept;
+    rti_pixels pixels = {.data = NULL};
+    rt_status status = rti_kept_begin(&file, ctx, path, source_hash(NULL, d), &kept);
+    if (status == RT_OK && !kept.texture) {
+        status = rti_image_decode(ctx, path, file.bytes, file.size, &pixels);
+        if (status == RT_OK)
+            status = check_size(ctx, path, pixels.width, pixels.height);
+        if (status == RT_OK) {
+            rti_texels t = texels(d, pixels.data, pixels.width, pixels.height, pixels.channels, pixels.is_float);
+            status = rti_texture_chunk(ctx, call, &t, &kept.texture);
+        }
+        if (status == RT_OK)
+            rti_kept_put(&file, kept, kept.texture->size);
+        rti_free(ctx, pixels.data, pixels.size);
+    }
+    rti_kept_end(&file);
+    *chunk = kept.texture;
+    return status;
 }
 
 static bool find_source(const rt_scene *scene, rti_hash source, rt_texture *texture)
@@ -108,8 +136,6 @@ rt_status rt_scene_load_texture(rt_scene *scene, const char *path, const rt_text
 {
     static const char call[] = "rt_scene_load_texture";
     rt_texture_desc d = rt_texture_desc_default();
-    rti_pixels pixels;
-    rti_texels t;
     rti_chunk *chunk;
     rti_hash source;
     rt_status status = rti_scene_editable(scene, call);
@@ -124,13 +150,6 @@ rt_status rt_scene_load_texture(rt_scene *scene, const char *path, const rt_text
     source = source_hash(path, &d);
     if (find_source(scene, source, texture))
         return RT_OK;
-    status = rti_image_read(scene->ctx, path, &pixels);
-    if (status != RT_OK)
-        return status;
-    t = texels(&d, pixels.data, pixels.width, pixels.height, pixels.channels, pixels.is_float);
-    status = check_size(scene->ctx, path, pixels.width, pixels.height);
-    if (status == RT_OK)
-        status = rti_texture_chunk(scene->ctx, call, &t, &chunk);
-    rti_free(scene->ctx, pixels.data, pixels.size);
+    status = load(scene->ctx, call, path, &d, &chunk);
     return status == RT_OK ? push(scene, call, chunk, &source, texture) : status;
 }

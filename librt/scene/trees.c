@@ -34,6 +34,7 @@ typedef struct tree_job {
     rti_snapshot *snapshot;
     const char *call;
     rti_cancel *cancel;
+    bool top; /* now at the top level */
 } tree_job;
 
 static bool found(const tree_job *job, rti_hash key, rti_chunk **out)
@@ -42,6 +43,9 @@ static bool found(const tree_job *job, rti_hash key, rti_chunk **out)
     if (!*out)
         return false;
     job->snapshot->reused_chunks++;
+    job->snapshot->kept_trees++;
+    rti_context_count(job->snapshot->ctx, RTI_WORK_TREES_KEPT, 1);
+    rti_context_time(job->snapshot->ctx, RTI_WORK_SAVED_NS, (double)((const rtk_tree_header *)(*out)->data)->build_seconds);
     rti_chunk_keep(*out);
     return true;
 }
@@ -71,6 +75,9 @@ static rt_status build(const tree_job *job, const rti_build_input *input, const 
     if (!*out)
         return rti_fail_memory(ctx, job->call, size);
     job->snapshot->built_trees++;
+    job->snapshot->built_tops += job->top;
+    rti_context_count(ctx, job->top ? RTI_WORK_TOPS_BUILT : RTI_WORK_TREES_BUILT, 1);
+    rti_context_time(ctx, RTI_WORK_BUILD_NS, (double)((const rtk_tree_header *)(*out)->data)->build_seconds);
     rti_chunk_keep(*out);
     return RT_OK;
 }
@@ -229,15 +236,17 @@ end:
 
 rt_status rti_snapshot_build(rti_snapshot *s, const char *call, uint32_t kinds, rti_cancel *cancel)
 {
-    tree_job job = {s, call, cancel};
+    tree_job job = {s, call, cancel, false};
     rt_status status = RT_OK;
     for (uint32_t kind = 1; kind < RTI_TREE_KINDS; kind++) {
         if (!(kinds & (1u << kind)))
             continue;
         for (uint32_t i = 0; status == RT_OK && i < s->group_count; i++)
             status = group_trees(&job, &s->groups[i], kind);
+        job.top = true;
         if (status == RT_OK && !s->top_tree[kind])
             status = top_tree(&job, s->top, kind, &s->top_tree[kind]);
+        job.top = false;
     }
     return status;
 }

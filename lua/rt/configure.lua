@@ -23,6 +23,17 @@ function configure.machine()
   return { cpus = cpus, memory_available = available, workers = core.workers(), memory = now, memory_peak = peak }
 end
 
+-- { files_read, files_kept, trees_built, top_trees_built, trees_kept, read_seconds, build_seconds, saved_seconds } since the program began: what
+-- reading files and building trees cost, and what was taken over from earlier scenes.
+function configure.counts()
+  return core.counts()
+end
+
+-- Lets go of files and trees that are only kept for later scenes.
+function configure.drop_kept()
+  core.drop_kept()
+end
+
 -- The settings in their order, each { name, kind, low, high, choices, help, default }.
 function configure.settings()
   local defaults, list = settings.defaults(), {}

@@ -45,7 +45,8 @@ local rt = {
   -- scripts
   params = params.declare, load = load.load, main = load.main, sweep = sweep.sweep,
   -- the renderer
-  configure = configure.configure, machine = configure.machine, integrators = core.integrators, tracers = core.tracers, settings = configure.settings,
+  configure = configure.configure, machine = configure.machine, counts = configure.counts, drop_kept = configure.drop_kept,
+  integrators = core.integrators, tracers = core.tracers, settings = configure.settings,
   on_log = log.on_log,
 }
 

@@ -162,6 +162,7 @@ local function tell(self, film_state)
     note("render   %s", output.seconds(self.seconds))
     note("trees    %s", output.seconds(self.build_seconds))
     note("rays     %s", output.count(self.rays))
+    report.print_work(note, report.work())
   end
   if values.json then
     output.print("%s", json.encode(json.object():set("output", target.out):set("film", film_state):set("folder", target.folder)

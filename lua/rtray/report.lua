@@ -79,7 +79,8 @@ function report.render_json(path, image, settings, stats)
   return json.object():set("output", path):set("width", width):set("height", height):set("hash", image:hash())
     :set("settings", report.picture_settings(settings)):set("tracer", settings.tracer):set("tile", settings.tile)
     :set("seconds", stats.seconds):set("build_seconds", stats.build_seconds):set("rays", rays):set("nodes", stats.nodes)
-    :set("tests", stats.tests):set("clamped", stats.clamped):set("dropped", stats.dropped):set("memory", stats.memory):set("workers", workers)
+    :set("tests", stats.tests):set("clamped", stats.clamped):set("dropped", stats.dropped):set("memory", stats.memory)
+    :set("work", report.work_json(report.work())):set("workers", workers)
 end
 
 function report.render_line(path, image, settings, stats)
@@ -92,7 +93,36 @@ function report.render_line(path, image, settings, stats)
     stats.workers == 1 and "" or "s", warning)
 end
 
+local COUNTS = { "files_read", "files_kept", "trees_built", "top_trees_built", "trees_kept", "read_seconds", "build_seconds", "saved_seconds" }
+local before = {}
+
+-- What reading and building cost since this was asked last, by the names of rt.counts.
+function report.work()
+  local now, since = require("rt").counts(), {}
+  for _, key in ipairs(COUNTS) do
+    since[key] = now[key] - (before[key] or 0)
+  end
+  before = now
+  return since
+end
+
+function report.work_json(work)
+  local object = json.object()
+  for _, key in ipairs(COUNTS) do
+    object:set(key, work[key])
+  end
+  return object
+end
+
+function report.print_work(note, work)
+  note("files    %d read and parsed in %s, %d taken over", work.files_read, output.seconds(work.read_seconds), work.files_kept)
+  note("built    %d tree%s of geometry, %d of the top level in %s; %d taken over", work.trees_built, work.trees_built == 1 and "" or "s",
+    work.top_trees_built, output.seconds(work.build_seconds), work.trees_kept)
+  note("saved    %s by what was taken over", output.seconds(work.saved_seconds))
+end
+
 function report.print_stats(note, stats)
+  report.print_work(note, report.work())
   note("render   %s", output.seconds(stats.seconds))
   note("trees    %s", output.seconds(stats.build_seconds))
   for _, kind in ipairs(KINDS) do

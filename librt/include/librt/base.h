@@ -121,6 +121,24 @@ RT_API uint32_t rt_context_workers(const rt_context *context);
 /** Bytes held now and at most since creation, through the allocator hook. Either pointer may be NULL. */
 RT_API void rt_context_memory(const rt_context *context, uint64_t *now, uint64_t *peak);
 
+/** What the scenes of a context cost and what they took over from earlier ones. Mesh files, images and trees that were made once are kept in the
+ *  context and found again by content: a mesh or texture file by its bytes (when its device, inode, size and times of change are those of the last reading, the bytes are
+ *  not read again), a tree by its geometry and the builder's settings. What is kept for later takes at most half of the context's memory limit (2 GiB without one), goes
+ *  by last use, and makes room when memory is short. Material libraries of OBJ files are small and always read. */
+typedef struct rt_context_work_stats {
+    uint64_t files_read;      /**< mesh and image files that were read and parsed */
+    uint64_t files_kept;      /**< that were not: what was made of the same content before was taken */
+    uint64_t trees_built;     /**< over geometry */
+    uint64_t top_trees_built; /**< over instances */
+    uint64_t trees_kept;      /**< of both, found instead of built */
+    double read_seconds, build_seconds; /**< what reading files and building trees took */
+    double saved_seconds;               /**< what it had taken to make what was found */
+} rt_context_work_stats;
+/** Counts since the context was made; differences tell what one commit did. Threads any. */
+RT_API rt_context_work_stats rt_context_work(const rt_context *context);
+/** Lets go of all that is only kept for later. Never needed: for programs that want the memory for something else. Threads any. */
+RT_API void rt_context_drop_kept(rt_context *context);
+
 /** The name of a status, as "RT_ERROR_IO"; "unknown status" for other numbers. Never NULL. */
 RT_API const char *rt_status_name(rt_status status);
 

@@ -321,6 +321,8 @@ typedef struct rt_scene_info {
     uint64_t geometry_bytes, attribute_bytes, texture_bytes, tree_bytes, total_bytes;
     uint32_t tree_count; /**< trees of all groups and the top level */
     uint32_t reused_chunks, built_trees; /**< by the last commit */
+    uint32_t built_top_trees; /**< of built_trees: over the instances */
+    uint32_t kept_trees;      /**< found in the context instead of built */
 } rt_scene_info;
 RT_API rt_status rt_scene_get_info(const rt_scene *scene, rt_scene_info *info);
 /** Statistics of one tree, index < tree_count. group: 0 the scene's own, then the children in order of first use; RT_INVALID_ID: top level. */

@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "librt/import.h"
+#include "kept_model.h"
 #include "looks.h"
-#include "../scene.h"
 
 rt_import_desc rt_import_desc_default(void)
 {
@@ -68,43 +68,64 @@ static rt_status place(rti_model *model, const rt_transform *t)
 
 /* ---- reading ---- */
 
-static rt_status read_mesh(rti_model *model, const char *path)
+static rt_status read_mesh(rti_model *model, const char *path, const void *bytes, size_t size)
 {
-    void *bytes;
-    size_t size;
-    rt_status status = rti_file_read(model->ctx, path, 0, &bytes, &size);
-    if (status)
-        return status;
     switch (rti_mesh_format_of(path, bytes, size)) {
     case RTI_MESH_PLY:
-        status = rti_ply_read(model, bytes, size);
-        break;
+        return rti_ply_read(model, bytes, size);
     case RTI_MESH_STL:
-        status = rti_stl_read(model, bytes, size);
-        break;
+        return rti_stl_read(model, bytes, size);
     case RTI_MESH_OBJ:
-        status = rti_obj_read(model, bytes, size);
-        break;
+        return rti_obj_read(model, bytes, size);
     default:
-        status = rti_fail(model->ctx, RT_ERROR_FORMAT,
-                          "%s: not a mesh by its content (PLY and STL begin with 'ply' and 'solid') nor by its ending; "
-                          "use .ply, .obj or .stl",
-                          model->name);
+        return rti_fail(model->ctx, RT_ERROR_FORMAT,
+                        "%s: not a mesh by its content (PLY and STL begin with 'ply' and 'solid') nor by its ending; "
+                        "use .ply, .obj or .stl",
+                        model->name);
     }
-    rti_free(model->ctx, bytes, size + 1);
-    return status;
 }
 
-static rt_status prepare(rti_model *model, const char *path, const rt_import_desc *d)
+static rt_status prepare(rti_model *model, const char *path, const rti_kept_file *file, const rt_import_desc *d)
 {
-    rt_status status = read_mesh(model, path);
+    rt_status status = read_mesh(model, path, file->bytes, file->size);
     for (size_t i = 0; i < model->part_count && !status && d->smooth; i++)
         if (!rti_part_smooth(model->ctx, &model->parts[i], d->smooth_angle_deg))
             status = rti_fail_memory(model->ctx, model->name, 9 * sizeof(double) * model->parts[i].triangle_count);
     if (!status && !is_identity(&d->transform))
         status = place(model, &d->transform);
-    if (!status && !d->ignore_materials)
-        status = rti_looks_read(model, path);
+    return status;
+}
+
+/* What decides, with the bytes, what geometry a file gives. */
+static rti_hash how_of(const char *path, const rt_import_desc *d)
+{
+    uint32_t words[2] = {(uint32_t)rti_mesh_format_of(path, "", 0), d->smooth != 0};
+    float angle = d->smooth ? d->smooth_angle_deg : 0.0f;
+    rti_hasher h;
+    rti_hasher_init(&h);
+    rti_hasher_add(&h, "mesh", 4);
+    rti_hasher_add(&h, words, sizeof words);
+    rti_hasher_add(&h, &angle, sizeof angle);
+    rti_hasher_add(&h, d->transform.m, sizeof d->transform.m);
+    return rti_hasher_end(&h);
+}
+
+/* The file's geometry, read or held, as a reference; the model gets the names of its looks and libraries either way. */
+static rt_status get_model(rti_model *model, const char *path, const rt_import_desc *d, rti_kept *kept)
+{
+    rti_kept_file file;
+    rt_status status = rti_kept_begin(&file, model->ctx, path, how_of(path, d), kept);
+    if (!status && kept->model) {
+        status = rti_kept_model_names(kept->model, model);
+    } else if (!status) {
+        size_t bytes;
+        status = prepare(model, path, &file, d);
+        if (!status)
+            status = rti_kept_model_make(model, &kept->model, &bytes);
+        if (!status)
+            rti_kept_put(&file, *kept, bytes);
+    }
+    rti_kept_end(&file);
     return status;
 }
 
@@ -133,24 +154,23 @@ static void back_to(rt_scene *scene, mark m)
     scene->tri_count = m.tri_count;
 }
 
-static rt_status add_part(rt_scene *scene, const rti_model *model, const rti_part *part, const rt_import_desc *d,
+static rt_status add_part(rt_scene *scene, const rti_model *model, const rti_kept_part *part, const rt_import_desc *d,
                           const rt_material *materials, rt_geometry *geometry)
 {
-    rt_mesh_desc mesh = rt_mesh_desc_default();
-    mesh.common = d->common;
+    static const char call[] = "rt_scene_import";
+    rt_geometry_common common = d->common;
+    rt_status status;
     if (materials && part->look != RT_INVALID_ID && model->looks[part->look].defined)
-        mesh.common.material = materials[part->look];
-    mesh.positions = part->positions;
-    mesh.vertex_count = part->vertex_count;
-    mesh.indices = part->indices;
-    mesh.triangle_count = part->triangle_count;
-    mesh.normals = part->normals;
-    mesh.uvs = part->uvs;
-    mesh.colors = part->colors;
-    return rt_scene_add_mesh(scene, &mesh, geometry);
+        common.material = materials[part->look];
+    status = rti_check_common(scene, call, &common);
+    if (status)
+        return status;
+    atomic_fetch_add_explicit(&part->mesh->refs, 1, memory_order_relaxed);
+    return rti_mesh_add(scene, call, &common, part->mesh, part->triangle_count, geometry);
 }
 
-static rt_status add_all(rt_scene *scene, rti_model *model, const rt_import_desc *d, const char *path, rt_import_result *result)
+static rt_status add_all(rt_scene *scene, rti_model *model, const rti_kept_model *kept, const rt_import_desc *d, const char *path,
+                         rt_import_result *result)
 {
     rt_context *ctx = model->ctx;
     rt_material *materials = NULL;
@@ -160,16 +180,16 @@ static rt_status add_all(rt_scene *scene, rti_model *model, const rt_import_desc
         status = materials ? rti_looks_add(scene, model, path, materials)
                            : rti_fail_memory(ctx, model->name, model->look_count * sizeof *materials);
     }
-    for (size_t i = 0; i < model->part_count && !status; i++) {
+    for (uint32_t i = 0; i < kept->part_count && !status; i++) {
         rt_geometry geometry;
-        status = add_part(scene, model, &model->parts[i], d, materials, &geometry);
+        status = add_part(scene, model, &kept->parts[i], d, materials, &geometry);
         if (status)
             break;
         if (i == 0)
             result->first = geometry;
         result->geometry_count++;
-        result->triangles += model->parts[i].triangle_count;
-        result->vertices += model->parts[i].vertex_count;
+        result->triangles += kept->parts[i].triangle_count;
+        result->vertices += kept->parts[i].mesh->vertex_count;
     }
     rti_free(ctx, materials, model->look_count * sizeof *materials);
     return status;
@@ -194,6 +214,7 @@ rt_status rt_scene_import(rt_scene *scene, const char *path, const rt_import_des
     rt_import_desc d = rt_import_desc_default();
     rt_import_result got = {.first = {RT_INVALID_ID}};
     rti_model model;
+    rti_kept kept = {NULL, NULL};
     rt_status status = rti_scene_editable(scene, "rt_scene_import");
     if (!status && desc)
         status = rti_desc_take(ctx, "rt_scene_import", desc, &d, sizeof d);
@@ -205,14 +226,17 @@ rt_status rt_scene_import(rt_scene *scene, const char *path, const rt_import_des
         return status;
     rti_fpenv env = rti_fp_enter();
     rti_model_init(&model, ctx, path);
-    status = prepare(&model, path, &d);
+    status = get_model(&model, path, &d, &kept);
+    if (!status && !d.ignore_materials)
+        status = rti_looks_read(&model, path);
     if (!status) {
         mark before = mark_of(scene);
-        status = add_all(scene, &model, &d, path, &got);
+        status = add_all(scene, &model, kept.model, &d, path, &got);
         if (status)
             back_to(scene, before);
     }
     got.warnings = model.warnings;
+    rti_kept_release(ctx, kept);
     rti_model_fini(&model);
     rti_fp_leave(env);
     if (!status && result)
