@@ -11,6 +11,7 @@ local sweep_folder = require "rt.sweep_folder"
 local sweep_plan = require "rt.sweep_plan"
 local sweep_work = require "rt.sweep_work"
 local sweep_worker = require "rt.sweep_worker"
+local words = require "rt.words"
 
 local sweep = {}
 
@@ -149,14 +150,22 @@ local function prepare(t)
   return s
 end
 
--- Times are only as good as they repeat: an axis that leaves the picture as it is is there for them.
-local function default_runs(axes)
+-- Whether the sweep is there for its times: an axis leaves the picture as it is.
+local function is_timed(axes)
   for _, a in ipairs(axes) do
     if a.kind == "setting" and settings.arrangement[a.name] then
-      return 3
+      return true
     end
   end
-  return 1
+  return false
+end
+
+-- A word when other work will be in the times.
+local function warn_busy(s)
+  local load, cpus = s.machine.load, s.machine.cpus
+  if load and load > cpus / 2 and is_timed(s.axes) and not s.in_process then
+    s.note(("other work is running (load %s on %d CPUs); times will be longer and less even than this machine's own"):format(words.number(load), cpus))
+  end
 end
 
 -- Axes, points, keys.
@@ -183,7 +192,7 @@ local function plan(s)
     s.axes[i] = axis.new(pair[1], pair[2], described.params)
   end
   s.points = axis.points(s.axes, s.zip)
-  s.count = s.count or default_runs(s.axes)
+  s.count = s.count or is_timed(s.axes) and 3 or 1
   s.title = s.title or title_of(s)
   if s.reference then
     sweep_plan.references(s.points, s.axes, s.reference)
@@ -224,6 +233,7 @@ local function execute(t)
     return s
   end
   open_store(s)
+  warn_busy(s)
   sweep_work.describe(s)
   local ok, raised = pcall(sweep_work.work, s)
   local results = sweep_work.results_of(s)
