@@ -1,4 +1,5 @@
--- RFC 4180: fields quoted where needed, rows ended by CR LF.
+-- RFC 4180: fields quoted where needed, rows ended by CR LF. Texts that a spreadsheet would take for a formula ("=1+1", "@SUM(A1)", "-x") get an
+-- apostrophe in front, as spreadsheets mark texts; numbers, also written as texts ("-1", "+2.5e3"), stay as they are.
 
 local json = require "rt.json"
 
@@ -9,6 +10,9 @@ function csv.field(value)
     return ""
   end
   local text = math.type(value) == "float" and (json.number(value) or "") or tostring(value)
+  if text:find "^[=+%-@\t\r]" and not tonumber(text) then
+    text = "'" .. text
+  end
   return text:find '[,"\r\n]' and '"' .. text:gsub('"', '""') .. '"' or text
 end
 

@@ -28,6 +28,11 @@ if(table){
       said.textContent="Sorted by "+th.dataset.name+(down?", descending":", ascending");
     });
   });
+  const all=$("#all");
+  if(all){
+    $("#alllabel").hidden=false;table.classList.add("few");
+    all.addEventListener("change",()=>table.classList.toggle("few",!all.checked));
+  }
   const filter=$("#filter");
   const words=rows.map(r=>r.textContent.toLowerCase());
   const shown=$("#shown");
@@ -38,6 +43,7 @@ if(table){
     shown.textContent=parts.length?n+" of "+rows.length+" points":"";
   });
 }
+addEventListener("beforeprint",()=>$$("img[loading]").forEach(i=>{i.loading="eager"}));
 // ---- images: two at a time ----
 const box=$("#compare");
 if(box){

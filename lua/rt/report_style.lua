@@ -81,6 +81,8 @@ tr.failed td,tr.failed th{color:var(--bad)}
 .tag{font-size:.78rem;border:1px solid currentColor;border-radius:9px;padding:0 7px;white-space:nowrap}
 .tools{display:flex;flex-wrap:wrap;gap:10px 20px;align-items:end;margin:0 0 12px}
 .tools label{font-size:.86rem;color:var(--soft);display:flex;flex-direction:column;gap:2px;min-width:0}
+table.few .more{display:none}
+.tools label.row{flex-direction:row;align-items:center;gap:6px}
 .tools output{font-size:.86rem;color:var(--soft)}
 input,select,button.plain{font:inherit;color:inherit;background:var(--panel);border:1px solid var(--soft);border-radius:6px;padding:5px 9px;
 max-width:100%}
@@ -119,6 +121,8 @@ th,td{padding:5px 9px}thead th button{padding:5px 9px}figure{padding:10px 8px}.g
 dl.machine{grid-template-columns:1fr}dl.machine dd{margin-bottom:6px}}
 @media print{:root{color-scheme:light;--bg:#fff;--fg:#000;--soft:#444;--line:#bbb;--panel:#fff;--tint:#f2f2f2;--link:#000}
 body{font-size:10pt}nav,.tools,.compare,.skip,.pick{display:none!important}.scroll{max-height:none;overflow:visible;border:0}
-table{font-size:8pt}th,td{padding:2px 5px;white-space:normal}thead{display:table-header-group}thead th{position:static}tr{break-inside:avoid}
+table{font-size:8pt}
+.more{display:none}th,td{padding:2px 5px;white-space:normal}thead{display:table-header-group}thead th{position:static}tr{break-inside:avoid}
+thead th button{white-space:normal;overflow-wrap:anywhere;padding:2px 4px}th[aria-sort] button::after{content:none}
 .plots{grid-template-columns:1fr 1fr}}
 ]=]

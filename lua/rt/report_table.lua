@@ -8,6 +8,8 @@ local tables = {}
 local escape, address = text.escape, text.address
 
 -- Columns that some point has a value of, each with the way its numbers are written: the time, what was derived from it, the rest.
+local FIRST_COLUMNS = 7 -- the others are shown when asked for, and not printed
+
 local function used_columns(study)
   local used, axes = {}, {}
   for _, axis in ipairs(study.axes) do
@@ -36,6 +38,9 @@ local function used_columns(study)
   table.sort(used, function(a, b)
     return order[a] < order[b]
   end)
+  for i, u in ipairs(used) do
+    u.class = (u.number and "n" or "words") .. (i > FIRST_COLUMNS and " more" or "")
+  end
   return used
 end
 
@@ -55,11 +60,12 @@ local function spread(o, p, u)
   local low, high = p.q1[name], p.q3[name]
   local v = data.value(p, name)
   if not v then
-    o:add '<td class="n" data-v="">\u{2013}</td>'
+    o:add('<td class="%s" data-v="">\u{2013}</td>', u.class)
   elseif name == "seconds" and low and high and p.runs > 1 then
-    o:add('<td class="n" data-v="%.17g">%s<small>%s \u{2013} %s</small></td>', v, escape(u.write(v)), escape(u.write(low)), escape(u.write(high)))
+    o:add('<td class="%s" data-v="%.17g">%s<small>%s \u{2013} %s</small></td>', u.class, v, escape(u.write(v)), escape(u.write(low)),
+      escape(u.write(high)))
   else
-    o:add('<td class="n" data-v="%.17g">%s</td>', v, escape(u.write(v)))
+    o:add('<td class="%s" data-v="%.17g">%s</td>', u.class, v, escape(u.write(v)))
   end
 end
 
@@ -97,7 +103,7 @@ local function row(o, study, p, used, numeric, images)
     if u.number then
       spread(o, p, u)
     else
-      o:add('<td class="words">%s</td>', escape(text.short(p.median[u.column.name] or p.derived[u.column.name] or "", 120)))
+      o:add('<td class="%s">%s</td>', u.class, escape(text.short(p.median[u.column.name] or p.derived[u.column.name] or "", 120)))
     end
   end
   o:add("<td>%s</td>", status(p))
@@ -121,6 +127,9 @@ function tables.points(o, study)
   end
   o:add '<section aria-labelledby="table"><h2 id="table">Table</h2>'
   o:add '<div class="tools"><label>Only rows with these words <input type="search" id="filter" autocomplete="off" spellcheck="false"></label>'
+  if #used > FIRST_COLUMNS then
+    o:add('<label class="row" id="alllabel" hidden><input type="checkbox" id="all"> all %d columns</label>', #used)
+  end
   o:add '<output id="shown" for="filter"></output></div><p class="skip" id="said" role="status"></p>'
   o:add '<div class="scroll" role="region" aria-label="Table of points" tabindex="0"><table id="points"><thead><tr>'
   head_cell(o, "#", ' class="n"', nil, "the order of the sweep")
@@ -128,7 +137,7 @@ function tables.points(o, study)
     head_cell(o, axis.name, numeric[i] and ' class="n"' or "", nil, axis.help or axis.kind)
   end
   for _, u in ipairs(used) do
-    head_cell(o, u.column.name, u.number and ' class="n"' or "", u.unit, u.column.help)
+    head_cell(o, u.column.name, (' class="%s"'):format(u.class), u.unit, u.column.help)
   end
   head_cell(o, "status", "")
   if images then
@@ -191,7 +200,7 @@ function tables.groups(o, study)
     cell(o, g.baseline and (g.baseline.values.workers or "1"), tostring)
     cell(o, last and last.values.workers, tostring)
     cell(o, top and top.derived.speedup, function(x)
-      return ("%s with %s workers"):format(text.number(x), top.values.workers or "?")
+      return ("%s with %s worker%s"):format(text.number(x), top.values.workers or "?", top.values.workers == "1" and "" or "s")
     end)
     cell(o, top and top.derived.efficiency, percent)
     cell(o, top and top.derived.serial_fraction, percent)

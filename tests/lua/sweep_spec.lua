@@ -121,6 +121,8 @@ end)
 
 describe("CSV", function()
   it("quotes what RFC 4180 asks for", function()
+    assert.equal("'=1+1,'@SUM(A1),'-x,\"'+a,b\",'\tx,-1,+2.5e3,-0.5,a=b\r\n",
+      csv.row { "=1+1", "@SUM(A1)", "-x", "+a,b", "\tx", "-1", "+2.5e3", -0.5, "a=b" })
     assert.equal('a,,"b,c","d""e","f\ng",0.1,2,true\r\n', csv.row { "a", nil, "b,c", 'd"e', "f\ng", 0.1, 2, true, n = 8 })
   end)
 end)

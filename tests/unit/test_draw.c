@@ -10,6 +10,7 @@
 #include "librt/draw.h"
 #include "render/font.h"
 #include "render/image.h"
+#include "../support/fixture.h"
 
 static rt_context *ctx;
 
@@ -110,6 +111,33 @@ static void test_no_ringing_no_nan(void **state)
         assert_true(at(out, i % 50, i / 50)[0] >= 0.0f && at(out, i % 50, i / 50)[0] <= 1000.0f);
     rt_image_destroy(out);
     rt_image_destroy(image);
+}
+
+/* Whichever allocation fails: a sentence, nothing left. */
+static void test_without_memory(void **state)
+{
+    test_fixture t;
+    rt_image *image = NULL, *out = NULL;
+    rt_status status = RT_ERROR_MEMORY;
+    size_t failed = 0;
+    (void)state;
+    test_begin(&t, 0);
+    assert_int_equal(rt_image_create(t.ctx, 9, 7, &image), RT_OK);
+    for (size_t n = 1; status != RT_OK; n++) {
+        t.calls = 0;
+        t.fail_at = n;
+        status = rt_image_resample(image, 4, 11, RT_RESAMPLE_LANCZOS, &out);
+        t.fail_at = 0;
+        if (status == RT_OK)
+            break;
+        assert_int_equal(status, RT_ERROR_MEMORY);
+        assert_null(out);
+        failed++;
+    }
+    assert_true(failed >= 9); /* the image, its pixels, three tables a side, the rows between */
+    rt_image_destroy(out);
+    rt_image_destroy(image);
+    test_end(&t);
 }
 
 static void test_refused(void **state)
@@ -240,6 +268,7 @@ int main(void)
         cmocka_unit_test(test_box_is_the_mean),
         cmocka_unit_test(test_constants_and_ramps),
         cmocka_unit_test(test_no_ringing_no_nan),
+        cmocka_unit_test(test_without_memory),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_fill_and_place_are_clipped),
         cmocka_unit_test(test_font),
