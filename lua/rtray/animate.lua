@@ -8,6 +8,7 @@ local film = require "rtray.film"
 local frames = require "rtray.frames"
 local json = require "rtray.json"
 local ledger = require "rtray.ledger"
+local limits = require "rtray.limits"
 local options = require "rtray.options"
 local output = require "rtray.output"
 local progress = require "rtray.progress"
@@ -148,7 +149,7 @@ local function frames_json(self)
     local record = self.results[frame]
     list[i] = json.object():set("frame", frame):set("state", work.words(self.state[frame]))
       :set("file", self.stage.target.place(frame)):set("hash", record and record.image):set("seconds", record and tonumber(record.seconds))
-      :set("trees_built", record and record.trees)
+      :set("work", record and record.work and report.work_json(record.work))
   end
   return list
 end
@@ -201,7 +202,7 @@ local function run(self)
   local whole = self:all()
   output.clear_line()
   if not whole then
-    output.note("rtray animate: interrupted: %s", go_on(self))
+    output.note("rtray animate: %s: %s", limits.told() or "interrupted", go_on(self))
     return 1 -- the signal ends the process, see main.c
   elseif self.stopped then
     local fault = self.stopped
@@ -236,7 +237,7 @@ function animate.run(command, values, arguments)
   output.clear_line()
   if not ok then
     if sys.interrupted() then
-      output.note("rtray animate: interrupted: %s", go_on(self))
+      output.note("rtray animate: %s: %s", limits.told() or "interrupted", go_on(self))
       return 1
     end
     error(status, 0)

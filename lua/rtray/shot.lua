@@ -26,6 +26,7 @@ end
 -- Runs the script again and describes a frame: { frame, scene, opened, key, description, settings }. The key holds all that decides the file's
 -- pixels and nothing else: what was described (with the bytes of meshes and textures), settings, saving, the library's version.
 function shot.describe(stage, frame)
+  local before = require("rt").counts()
   local animation, run = source.animation(stage.path, stage.values, stage.command)
   if frame >= animation.frames then
     error(("the script has changed: its animation now has %d frames, and frame %d is none of them"):format(animation.frames, frame), 0)
@@ -34,7 +35,8 @@ function shot.describe(stage, frame)
   local settings = json.encode(report.picture_settings((scene:effective())))
   local description = scene:hash()
   return {
-    frame = frame, scene = scene, opened = { scene = scene, run = run, frame = frame }, description = description, settings = settings,
+    before = before, frame = frame, scene = scene, opened = { scene = scene, run = run, frame = frame }, description = description,
+    settings = settings,
     key = sys.sha256(table.concat({ "librt " .. require("rt").version, settings, save_text(stage.save), description,
       stage.values.no_metadata and "no metadata" or nil }, "\n")),
   }
@@ -46,10 +48,11 @@ function shot.matches(described, record)
 end
 
 -- Starts the render with so many workers (nil: the settings').
-function shot.start(stage, described, workers)
+function shot.start(described, workers)
   described.job = described.scene:start { workers = workers }
-  if stage.values.stats or stage.values.json then
-    described.info = described.scene:info() -- of this commit: what it built
+  described.work = {} -- what it took to come here
+  for key, count in pairs(require("rt").counts()) do -- in any order
+    described.work[key] = count - described.before[key]
   end
   described.begun = sys.now()
   return described

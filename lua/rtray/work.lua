@@ -79,7 +79,7 @@ local function show(self, flight_done)
 end
 
 -- The frame from the ledger, when its record matches and its file is whole. Says why not when there was one.
-local function take_up(self, described, what)
+local function take_up(self, described, what, silent)
   local frame = described.frame
   local record = self.ledger:read(frame)
   local how = record and shot.matches(described, record)
@@ -89,7 +89,9 @@ local function take_up(self, described, what)
   local path = self.stage.target.place(frame)
   local whole, why = ledger.check(record, path)
   if not whole then
-    output.note("rtray animate: frame %d: %s %s; it is rendered again", frame, types.quote(path), why)
+    if not silent then
+      output.note("rtray animate: frame %d: %s %s; it is rendered again", frame, types.quote(path), why)
+    end
     return false
   end
   if how ~= "key" then
@@ -161,13 +163,13 @@ local function prepare(self, frame)
     self.state[frame], self.waiting[#self.waiting + 1], self.owner = "waiting", frame, owner
     return
   end
-  if take_up(self, described, "other") then -- finished since the first look
+  if take_up(self, described, "other", true) then -- finished since the first look
     self.claims:drop(frame)
     described.scene:release()
     return
   end
   local together = math.max(1, math.min(self.limit, #self.list - self.rendered - self.taken - self.others))
-  shot.start(self.stage, described, self.limit > 1 and math.max(1, self.workers // together) or nil)
+  shot.start(described, self.limit > 1 and math.max(1, self.workers // together) or nil)
   self.flying[#self.flying + 1] = described
   if self.last and not self.last.job then
     self.last.scene:release() -- not earlier: what both scenes have in common is not built again
@@ -179,8 +181,9 @@ local function finish(self, described)
   local stats = shot.finish(self.stage, self.ledger, described)
   if self.values.stats then
     local note = self.values.json and output.note or output.print
-    note("frame %-6d %d trees built, %d parts kept, %s trees, %s render", described.frame, described.info.built_trees, described.info.reused_chunks,
-      output.seconds(stats.build_seconds), output.seconds(stats.seconds))
+    local w = described.work
+    note("frame %-6d %d trees built, %d of the top level, %d taken over; %d files read; %s", described.frame, w.trees_built, w.top_trees_built,
+      w.trees_kept, w.files_read, output.seconds(stats.seconds))
   end
   self.claims:drop(described.frame)
   if self.last ~= described then
@@ -195,7 +198,7 @@ local function finish(self, described)
     self.limit = stats.seconds < SHORT and memory < require("rt").machine().memory_available // 4 and self.workers or 1
   end
   settle(self, described.frame, "rendered", {
-    image = described.image, seconds = ("%.3f"):format(stats.seconds), trees = described.info and described.info.built_trees,
+    image = described.image, seconds = ("%.3f"):format(stats.seconds), work = described.work,
   })
 end
 

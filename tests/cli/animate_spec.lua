@@ -173,16 +173,26 @@ end }]]):gsub("%%%%s", things))
     local r = animate(path, "--stats", "--at-once", "1", "-o", folder .. "/%d.png")
     assert.equal(0, r.status, r.err)
     local numbers = {}
-    for n in r.out:gmatch "frame %d +(%d+) trees built" do
-      numbers[#numbers + 1] = tonumber(n)
+    for trees, top in r.out:gmatch "frame %d +(%d+) trees built, (%d+) of the top level" do
+      numbers[#numbers + 1] = trees .. "+" .. top
     end
     return numbers
   end
 
   it("are built once when only the camera moves", function()
     local n = built "balls"
-    assert.is_true(n[1] > 0)
-    assert.same({ n[1], 0, 0 }, n)
+    assert.equal("1+", n[1]:sub(1, 2))
+    assert.same({ n[1], "0+0", "0+0" }, n)
+  end)
+
+  it("are built at the top alone when instances move", function()
+    local group = "rt.instance { rt.group { balls }, transform = rt.translate(%d * t, 0, %d) }"
+    local things = {}
+    for i = 1, 6 do
+      things[i] = group:format(i, 3 * i)
+    end
+    local n = built(table.concat(things, ", "))
+    assert.same({ "1+1", "0+1", "0+1" }, n)
   end)
 end)
 
@@ -434,6 +444,20 @@ describe("animate that is ended", function()
     assert.equal(130, r.status, r.err)
     has(r, "rtray animate: interrupted: 2 of 5 frames are finished in '" .. folder .. "'; the same command goes on from there")
     assert.equal("000000 000001 ", list(folder .. "/%d.png.state"))
+  end)
+
+  it("by a limit of time names the frame, or says how far it is", function()
+    local folder = support.folder()
+    local path = script(folder, { body = "while frame == 2 do end" })
+    local r = animate(path, "-o", folder .. "/%d.png", "--at-once", "1", "--limit", "time=0.5s")
+    assert.equal(1, r.status, r.err)
+    has(r, "frame 2: the time limit of 0.5s ran out")
+    has(r, "2 of 5 frames are finished in")
+    path = script(folder, { frames = 2, size = "400, 300", samples = 60000 })
+    r = animate(path, "-o", folder .. "/%d.png", "--at-once", "1", "--limit", "time=0.5s")
+    assert.equal(1, r.status, r.err)
+    has(r, "the time limit of 0.5s ran out")
+    has(r, "0 of 2 frames are finished in")
   end)
 
   it("by Ctrl-C in a render keeps the frames before", function()
