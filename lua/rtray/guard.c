@@ -288,7 +288,7 @@ static int open_folder(const char *path, const char **name, bool *is_new, char *
     }
     if ((*name)[0] == '.' || !is_data_name(*name)) {
         return refuse(why, size,
-                      "a script in the sandbox writes images, .rts, .csv, .tsv, .txt, .json, .svg and mesh files only; --trust "
+                      "a script in the sandbox writes images, .rts, .csv, .tsv, .txt, .json and mesh files only; --trust "
                       "allows more");
     }
     int fd = walk(real);
@@ -322,7 +322,8 @@ static bool script_on_stack(lua_State *L)
     lua_Debug ar;
     for (int level = 0; lua_getstack(L, level, &ar); level++) {
         lua_getinfo(L, "S", &ar);
-        if (strcmp(ar.what, "C") != 0 && !starts_with(ar.source, "=rt/") && !starts_with(ar.source, "=rtray/")) {
+        if (strcmp(ar.what, "C") != 0 && !starts_with(ar.source, "=rt/") && !starts_with(ar.source, "=rtray/") &&
+            !starts_with(ar.source, "=line ")) { /* of the repl: the user's own */
             return true;
         }
     }

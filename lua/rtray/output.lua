@@ -1,6 +1,7 @@
 -- Standard output and standard error of the program. Writing past a full disk or a closed pipe is a fault of the machine, never silent.
 
 local sys = require "rtray.sys"
+local words = require "rt.words"
 
 local output = {}
 
@@ -10,9 +11,14 @@ local function check(ok, why)
   end
 end
 
+-- Names and texts of scenes must not steer a terminal.
+local function shown(fd, text)
+  return sys.is_terminal(fd) and words.visible(text) or text
+end
+
 function output.write(text)
   check(io.stdout:flush()) -- what the script has written comes first
-  check(sys.write(1, text))
+  check(sys.write(1, shown(1, text)))
 end
 
 -- At the end: what a script wrote must have arrived.
@@ -43,7 +49,7 @@ end
 -- Remarks: a closed standard error is no reason to stop.
 function output.note(...)
   output.clear_line()
-  sys.write(2, string.format(...) .. "\n")
+  sys.write(2, shown(2, string.format(...)) .. "\n")
 end
 
 -- A column of numbers reads well right-aligned, names left-aligned: rows are lists of texts, `left` marks the columns aligned left.

@@ -282,7 +282,7 @@ function recipe.read(path)
       broken(path, key .. " is missing")
     end
   end
-  if not is_name(r.scene) or r.scene:find "/" or not (optional(r.set, "string") and math.type(r.seed) == "integer") or
+  if not is_name(r.scene) or r.scene:find "/" or r.scene:sub(1, 1) == "." or not (optional(r.set, "string") and math.type(r.seed) == "integer") or
     not (r.frame == nil or math.type(r.frame) == "integer" and r.frame >= 0) then
     broken(path, "the scene, set, seed or frame")
   end

@@ -101,7 +101,6 @@ function repl.run(_, values, arguments)
   _G.rt = rt
   if arguments[1] then
     _G.scene = require("rtray.source").open(arguments[1], values).scene
-    require("rtray.sandbox").off() -- the lines are the user's own
     require("rtray.limits").stop()
   end
   local terminal = sys.is_terminal(0) and sys.is_terminal(1)

@@ -107,7 +107,7 @@ end
 -- ---- making it again ----
 
 local function option_values(values, r, defines)
-  local t = { define = defines, set = r.set, seed = r.seed, frame = r.frame, quiet = true }
+  local t = { define = defines, set = r.set, seed = r.seed, frame = r.frame, quiet = true, stranger = true }
   for _, key in ipairs { "allow_read", "limit", "workers", "json" } do
     t[key] = values[key]
   end

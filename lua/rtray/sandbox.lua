@@ -183,7 +183,7 @@ local function chunk_name(name, text)
   if type(name) ~= "string" then
     return type(text) == "string" and text or "=(load)"
   end
-  return (name:gsub("^=rt", "=script rt"))
+  return (name:gsub("^=rt", "=script rt"):gsub("^=line", "=script line"))
 end
 
 -- load, loadfile, dofile, require in env, for the run r; rt is the script's copy of the module. outside(name): what require gives for a module
@@ -560,7 +560,7 @@ function sandbox.configure(path, values, fault)
       fault("--allow-read '%s': %s", words.quote(name, 4096), why)
     end
   end
-  for _, define in ipairs(values.define or {}) do
+  for _, define in ipairs(not values.stranger and values.define or {}) do -- of replay they are the image's
     if sys.stat(define.text) == "file" then
       sys.guard_file(define.text)
     end
@@ -578,11 +578,6 @@ function sandbox.configure(path, values, fault)
   if output and output ~= "-" then
     sys.guard_output(sys.stat(output) == "folder" and output or folder_of(output))
   end
-end
-
--- The program's user takes over (repl).
-function sandbox.off()
-  sys.guard_on(false)
 end
 
 return sandbox

@@ -200,6 +200,24 @@ describe("an image from a stranger", function()
     end
   end)
 
+  it("gets no file by a parameter", function()
+    for _, file in ipairs { "/etc/passwd", ".secret" } do
+      local folder = evil [[
+        local rt = require "rt"
+        local p = rt.params { f = { "x", type = "file" } }
+        assert(io.open(p.f))]]
+      support.write(folder .. "/.secret", "x")
+      forge(folder, function(recipe)
+        recipe.parameters = { { name = "f", text = file } }
+      end)
+      says(replay(folder, "x.bmp"), 1, "reads below its own folder only")
+      forge(folder, function(recipe)
+        recipe.parameters = { { name = "f", file = ".secret", sha256 = "x" } }
+      end)
+      says(replay(folder, "x.bmp"), 4, "reads below its own folder only")
+    end
+  end)
+
   it("names no file elsewhere", function()
     for _, name in ipairs { "../evil.lua", "/etc/passwd", "a/../../b", "..", "a\nb" } do
       says(replay(evil("return 1", name), "x.bmp"), 1, "the recipe is broken: the name of a file")
@@ -211,7 +229,7 @@ describe("an image from a stranger", function()
       { function() return "{" end, "the recipe is broken" }, { function() return ("["):rep(100000) end, "the recipe is broken" },
       { function() return "[]" end, "the recipe is of form" }, { function(r) r.recipe = 2 end, "the recipe is of form '2'" },
       { function(r) r.files[1].sha256 = ("0"):rep(64) end, "another hash than it says" }, { function(r) r.files = 7 end, "files is missing" },
-      { function(r) r.scene = "../s.lua" end, "the scene" }, { function(r) r.frame = -1 end, "frame" }, { function(r) r.seed = "x" end, "seed" },
+      { function(r) r.scene = "../s.lua" end, "the scene" }, { function(r) r.scene = ".s.lua" end, "the scene" }, { function(r) r.frame = -1 end, "frame" }, { function(r) r.seed = "x" end, "seed" },
       { function(r) r.parameters = { { name = "x" } } end, "a parameter" }, { function(r) r.settings.samples = "many" end, "samples" },
       { function(r) r.settings.width = 1e9 end, "width" }, { function(r) r.settings.nonsense = 1 end, "nonsense" },
       { function(r) r.parameters = { { name = "x", text = "1" } } end, "declares no parameters" }, { function(r) r.save.tone = "x" end, "tone" },

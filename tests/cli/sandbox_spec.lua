@@ -118,6 +118,33 @@ describe("a script in the sandbox", function()
     assert.is_nil(r.err:find "[\27\7\155]")
   end)
 
+  it("does not steer a terminal", function()
+    local folder = support.folder()
+    support.write(folder .. "/s.lua", SCENE .. [[
+      rt.params { x = { 1, help = "\27]0;owned\7" } }
+      print "\27[31mred"
+      io.write "\27[32mgreen\n"
+      io.stderr:write "\27[33myellow\n"
+      warn "\27[34mblue"
+      return scene]])
+    local r = support.shell("script -qec " .. support.quote(support.command { "params", "s.lua" }) .. " /dev/null", folder)
+    for _, words in ipairs { [[\x1B[31mred]], [[\x1B[32mgreen]], [[\x1B[33myellow]], [[\x1B[34mblue]], [[\x1B]0;owned\x07]] } do
+      assert.truthy(r.out:find(words, 1, true), words .. " in " .. r.out)
+    end
+    assert.is_nil(r.out:find("\27", 1, true))
+  end)
+
+  it("stays guarded beside the lines of a repl, which are not", function()
+    local folder, other = support.folder(), support.folder()
+    support.write(folder .. "/s.lua", SCENE .. "function evil() rt.image { width = 2, height = 2 }:save 'x.png' end scene.evil = evil return scene")
+    support.write(folder .. "/lines", ("rt.image { width = 2, height = 2 }:save '%s/own.png'\nprint(pcall(scene.evil))\n"):format(other))
+    local r = support.shell(support.command { "repl", "s.lua" } .. " <lines", folder)
+    assert.equal(0, r.status, r.err)
+    assert.truthy(r.out:find(WRITES, 1, true), r.out)
+    assert.is_true(support.exists(other .. "/own.png"))
+    assert.is_false(support.exists(folder .. "/x.png"))
+  end)
+
   it("has globals and libraries of its own", function()
     local r = script [[
       string.format, string.rep, table.concat, math.floor, tostring, ipairs, error, type, pcall = nil
