@@ -30,6 +30,11 @@ function guard.told(raised)
   return raised
 end
 
+-- The text entries of an image of opened = { scene, run }, made from the script at `path` with parameters { { name, text } }, set and seed.
+function guard.texts(_, _, _)
+  return {}
+end
+
 -- What a second process of the program is told, so that it guards as this one does.
 guard.arguments = {}
 

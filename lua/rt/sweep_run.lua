@@ -283,6 +283,10 @@ function answers.run(request)
   end
   answer.measured = measured_by(request, image, stats)
   if request.image then
+    local texts = type(request.scene) == "string" and guard.texts({ scene = made, run = r }, values, request) or {}
+    for _, key in ipairs(check.sorted_keys(texts)) do
+      image:set_text(key, texts[key])
+    end
     image:set_text("Software", "librt " .. (core.version()))
     image:set_text("Point", utf8.len(request.label) and request.label or check.describe(request.label))
     image:set_text("Hash", answer.hash)

@@ -66,6 +66,16 @@ function report.texts(opened, settings, values, save)
   }
 end
 
+-- The same for a point of a sweep (rt/sweep_run.lua).
+function report.texts_of_sweep(opened, settings, request)
+  local define = {}
+  for i, pair in ipairs(request.parameters or {}) do
+    define[i] = { name = pair[1], text = pair[2] }
+  end
+  recipe.remember(opened.run, request.scene, { define = define, set = request.set, seed = request.seed })
+  return report.texts(opened, settings, {}, {})
+end
+
 function report.render_json(path, image, settings, stats)
   local width, height = image:size()
   local rays = json.object()

@@ -124,6 +124,16 @@ describe("replay", function()
     says(replay(folder, "b.png"), 0)
   end)
 
+  it("works for the images of a sweep", function()
+    local folder = support.folder()
+    scene(folder)
+    local r = rtray { "sweep", "s.lua", "-q", "-o", "out", "--over", "radius=0.5,1", "--set", "large", "-D", "picture=tex.png", cwd = folder }
+    assert.equal(0, r.status, r.err)
+    for _, name in ipairs { "radius-0.5.png", "radius-1.png" } do
+      says(replay(folder, "out/images/" .. name, "--files", "."), 0, "the same bits")
+    end
+  end)
+
   it("says when the version, the picture or the recipe is another", function()
     local folder = support.folder()
     scene(folder)
@@ -174,10 +184,17 @@ describe("replay", function()
 end)
 
 describe("an image from a stranger", function()
+  local image, beside -- rendered once
+
   local function evil(script, name)
     local folder = support.folder()
     support.write(folder .. "/s.lua", "return require 'rt'.scene { settings = { width = 4, height = 4, samples = 1 } }")
-    render(folder, "-o", "x.bmp")
+    if not image then
+      render(folder, "-o", "x.bmp")
+      image, beside = support.read(folder .. "/x.bmp"), support.read(folder .. "/x.bmp.json")
+    end
+    support.write(folder .. "/x.bmp", image)
+    support.write(folder .. "/x.bmp.json", beside)
     forge(folder, function(recipe)
       local path = support.write(folder .. "/evil", script)
       local sum = support.shell("sha256sum evil", folder).out:match "^%x+"
@@ -229,7 +246,8 @@ describe("an image from a stranger", function()
       { function() return "{" end, "the recipe is broken" }, { function() return ("["):rep(100000) end, "the recipe is broken" },
       { function() return "[]" end, "the recipe is of form" }, { function(r) r.recipe = 2 end, "the recipe is of form '2'" },
       { function(r) r.files[1].sha256 = ("0"):rep(64) end, "another hash than it says" }, { function(r) r.files = 7 end, "files is missing" },
-      { function(r) r.scene = "../s.lua" end, "the scene" }, { function(r) r.scene = ".s.lua" end, "the scene" }, { function(r) r.frame = -1 end, "frame" }, { function(r) r.seed = "x" end, "seed" },
+      { function(r) r.scene = "../s.lua" end, "the scene" },
+      { function(r) r.scene = ".s.lua" end, "the scene" }, { function(r) r.frame = -1 end, "frame" }, { function(r) r.seed = "x" end, "seed" },
       { function(r) r.parameters = { { name = "x" } } end, "a parameter" }, { function(r) r.settings.samples = "many" end, "samples" },
       { function(r) r.settings.width = 1e9 end, "width" }, { function(r) r.settings.nonsense = 1 end, "nonsense" },
       { function(r) r.parameters = { { name = "x", text = "1" } } end, "declares no parameters" }, { function(r) r.save.tone = "x" end, "tone" },
