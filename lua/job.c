@@ -87,6 +87,9 @@ rt_render_desc rtl_render_fields(lua_State *L, int t)
     rtl_field_u32(L, t, "ao_samples", &d.ao_samples);
     rtl_field_float(L, t, "ao_distance", &d.ao_distance);
     rtl_field_u64(L, t, "memory_limit", &d.memory_limit);
+    rtl_field_string(L, t, "checkpoint", &d.checkpoint);
+    rtl_field_number(L, t, "checkpoint_every", &d.checkpoint_every);
+    rtl_field_bool(L, t, "checkpoint_keep", &d.checkpoint_keep);
     if (lua_getfield(L, t, "crop") == LUA_TTABLE) {
         int crop = lua_gettop(L);
         rtl_field_u32(L, crop, "x", &d.crop.x);
@@ -320,6 +323,13 @@ static int stats(lua_State *L)
     set_count(L, "workers", s.workers);
     set_count(L, "tiles", s.tiles);
     set_count(L, "tiles_done", s.tiles_done);
+    rt_checkpoint_stats c;
+    rt_job_checkpoint_stats(h->job, &c);
+    set_count(L, "tiles_resumed", c.tiles_resumed);
+    set_count(L, "tiles_begun", c.tiles_begun);
+    set_count(L, "checkpoints", c.written);
+    set_count(L, "checkpoints_failed", c.failed);
+    set_number(L, "checkpoint_seconds", c.seconds);
     push_workers(L, h);
     lua_setfield(L, -2, "per_worker");
     return 1;

@@ -75,6 +75,9 @@ function rt.render(scene, options) end
 ---@class rt.render_options : rt.settings
 ---@field progress? fun(done: number, job: rt.job) called on this thread about every 50 ms; an error ends the render
 ---@field preview? boolean job:image() gives what is finished while the job runs
+---@field checkpoint? string a file that keeps what is done; a render that finds it goes on from there, one of another scene or setting is refused
+---@field checkpoint_every? number seconds between two writings, 60
+---@field checkpoint_keep? boolean the file stays when the image is whole; else it is removed
 
 ---@class rt.render_stats
 ---@field seconds number
@@ -94,6 +97,11 @@ function rt.render(scene, options) end
 ---@field workers integer
 ---@field tiles integer
 ---@field tiles_done integer
+---@field tiles_resumed integer finished tiles that came from the checkpoint
+---@field tiles_begun integer tiles that came from it unfinished
+---@field checkpoints integer times the checkpoint was written
+---@field checkpoints_failed integer times it could not be
+---@field checkpoint_seconds number spent on that by a worker
 ---@field per_worker { busy_seconds: number, cpu_seconds: number, rays: integer, tiles: integer }[]
 
 ---@class rt.scene
@@ -126,7 +134,7 @@ function Scene:start(options) end
 
 ---Renders by bands straight into a PNG, BMP, TGA or HDR file, so that images larger than the memory can be made.
 ---@param path string
----@param options? rt.settings also: save (rt.save_options), band_memory (bytes), progress (a function; true ends the render)
+---@param options? rt.settings also: save (rt.save_options), band_memory (bytes), checkpoint, checkpoint_every, progress (a function; true ends the render)
 ---@return boolean done false: progress ended it, the file is as it was
 function Scene:render_to_file(path, options) end
 

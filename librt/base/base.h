@@ -172,8 +172,27 @@ rt_status rti_input_open(rt_context *ctx, const char *path, rti_input *in);
 rt_status rti_input_read(rt_context *ctx, rti_input *in, void **data, size_t *size);
 void rti_input_close(rti_input *in); /* once, after an open that went well */
 
-/* Writes beside the target and renames when all is on disk: a reader sees the old file or the new, never a part. */
+/* A file that the library makes itself and goes on with, on any thread: the context's open hook is asked once, for its folder. */
 typedef struct rti_writer rti_writer;
+typedef struct rti_place {
+    rt_context *ctx;
+    char *path;
+    size_t size;
+    const char *target; /* path, or its last part in the hook's folder */
+    int folder;
+    bool given; /* by a hook: links there are not followed */
+} rti_place;
+rt_status rti_place_open(rt_context *ctx, const char *path, rti_place *place);
+void rti_place_close(rti_place *place);        /* one of zeros is fine */
+bool rti_place_there(const rti_place *place);  /* something of that name exists, or cannot be looked at */
+void rti_place_remove(const rti_place *place); /* nothing is said when it cannot be */
+rt_status rti_place_read(const rti_place *place, rti_reader **reader);
+/* As rti_writer_open. */
+rt_status rti_place_write(const rti_place *place, rti_writer **writer);
+/* Makes the file `offset` bytes long (it is made when it is not there) and puts `size` bytes behind them, on disk when it returns. */
+rt_status rti_place_append(const rti_place *place, uint64_t offset, const void *data, size_t size);
+
+/* Writes beside the target and renames when all is on disk: a reader sees the old file or the new, never a part. */
 rt_status rti_writer_open(rt_context *ctx, const char *path, rti_writer **writer); /* path "-": standard output */
 rt_status rti_writer_write(rti_writer *writer, const void *data, size_t size);     /* first error is kept and returned again */
 rt_status rti_writer_close(rti_writer *writer, bool keep); /* keep false, or an error before: the target is untouched */

@@ -121,11 +121,22 @@ static rt_status read_all(rt_context *ctx, int fd, const char *path, uint64_t li
     return RT_OK;
 }
 
-/* A regular file, open; *size: its bytes now. */
-static rt_status open_regular(rt_context *ctx, const char *path, int *fd, uint64_t *size)
+static rt_status check_regular(rt_context *ctx, const char *path, int fd, uint64_t *size)
 {
     struct stat st;
     char name[512];
+    if (fstat(fd, &st) != 0)
+        return fail_path(ctx, "look at it", path, errno);
+    if (!S_ISREG(st.st_mode))
+        return rti_fail(ctx, RT_ERROR_IO, "%s: %s, not a regular file", rti_quote(name, sizeof name, path, strlen(path)),
+                        S_ISDIR(st.st_mode) ? "it is a folder" : "it is a device or a pipe");
+    *size = (uint64_t)st.st_size;
+    return RT_OK;
+}
+
+/* A regular file, open; *size: its bytes now. */
+static rt_status open_regular(rt_context *ctx, const char *path, int *fd, uint64_t *size)
+{
     rt_status status = RT_OK;
     *fd = ask_hook(ctx, path, RT_OPEN_READ, "open it for reading", &status);
     if (*fd == -1)
@@ -134,18 +145,10 @@ static rt_status open_regular(rt_context *ctx, const char *path, int *fd, uint64
         *fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); /* a named pipe without a writer does not hang us */
     if (*fd < 0)
         return fail_path(ctx, "open it for reading", path, errno);
-    if (fstat(*fd, &st) != 0) {
-        int e = errno;
+    status = check_regular(ctx, path, *fd, size);
+    if (status != RT_OK)
         close(*fd);
-        return fail_path(ctx, "look at it", path, e);
-    }
-    if (!S_ISREG(st.st_mode)) {
-        close(*fd);
-        return rti_fail(ctx, RT_ERROR_IO, "%s: %s, not a regular file", rti_quote(name, sizeof name, path, strlen(path)),
-                        S_ISDIR(st.st_mode) ? "it is a folder" : "it is a device or a pipe");
-    }
-    *size = (uint64_t)st.st_size;
-    return RT_OK;
+    return status;
 }
 
 rt_status rti_file_read(rt_context *ctx, const char *path, uint64_t limit, void **data, size_t *size)
@@ -246,29 +249,40 @@ struct rti_reader {
     int fd;
 };
 
-rt_status rti_reader_open(rt_context *ctx, const char *path, rti_reader **reader)
+/* Takes the descriptor over, or closes it. */
+static rt_status make_reader(rt_context *ctx, const char *path, int fd, rti_reader **reader)
 {
     rti_reader *r = rti_alloc_zero(ctx, sizeof *r);
-    rt_status status;
-    *reader = NULL;
-    if (!r)
-        return rti_fail_memory(ctx, "reading a file", sizeof *r);
-    r->ctx = ctx;
-    r->path_size = strlen(path) + 1;
-    r->path = rti_alloc(ctx, r->path_size);
-    if (r->path) {
-        memcpy(r->path, path, r->path_size);
-        status = open_regular(ctx, path, &r->fd, &r->size);
-    } else {
-        status = rti_fail_memory(ctx, "reading a file", r->path_size);
+    uint64_t size = 0;
+    rt_status status = check_regular(ctx, path, fd, &size);
+    if (status == RT_OK && r) {
+        r->path_size = strlen(path) + 1;
+        r->path = rti_alloc(ctx, r->path_size);
     }
+    if (status == RT_OK && (!r || !r->path))
+        status = rti_fail_memory(ctx, "reading a file", strlen(path) + sizeof *r);
     if (status != RT_OK) {
-        rti_free(ctx, r->path, r->path_size);
+        close(fd);
+        if (r)
+            rti_free(ctx, r->path, r->path_size);
         rti_free(ctx, r, sizeof *r);
         return status;
     }
+    memcpy(r->path, path, r->path_size);
+    r->ctx = ctx;
+    r->fd = fd;
+    r->size = size;
     *reader = r;
     return RT_OK;
+}
+
+rt_status rti_reader_open(rt_context *ctx, const char *path, rti_reader **reader)
+{
+    uint64_t size;
+    int fd;
+    rt_status status = open_regular(ctx, path, &fd, &size);
+    *reader = NULL;
+    return status == RT_OK ? make_reader(ctx, path, fd, reader) : status;
 }
 
 uint64_t rti_reader_size(const rti_reader *reader)
@@ -306,6 +320,93 @@ void rti_reader_close(rti_reader *r)
     close(r->fd);
     rti_free(r->ctx, r->path, r->path_size);
     rti_free(r->ctx, r, sizeof *r);
+}
+
+/* ---- files that the library makes and goes on with ---- */
+
+rt_status rti_place_open(rt_context *ctx, const char *path, rti_place *place)
+{
+    rt_status status = RT_OK;
+    const char *slash = strrchr(path, '/');
+    memset(place, 0, sizeof *place);
+    place->ctx = ctx;
+    place->folder = AT_FDCWD;
+    place->size = strlen(path) + 1;
+    place->path = rti_alloc(ctx, place->size);
+    if (!place->path)
+        return rti_fail_memory(ctx, "the name of a file", place->size);
+    memcpy(place->path, path, place->size);
+    place->target = place->path;
+    int folder = ask_hook(ctx, path, RT_OPEN_FOLDER, "write it", &status);
+    if (folder == -1) {
+        rti_place_close(place);
+        return status;
+    }
+    if (folder >= 0) {
+        place->folder = folder;
+        place->given = true;
+        place->target = slash ? place->path + (slash - path) + 1 : place->path;
+    }
+    return RT_OK;
+}
+
+void rti_place_close(rti_place *place)
+{
+    if (!place->path)
+        return;
+    if (place->given)
+        close(place->folder);
+    rti_free(place->ctx, place->path, place->size);
+    memset(place, 0, sizeof *place);
+}
+
+bool rti_place_there(const rti_place *place)
+{
+    struct stat st;
+    return fstatat(place->folder, place->target, &st, place->given ? AT_SYMLINK_NOFOLLOW : 0) == 0 ||
+           (errno != ENOENT && errno != ENOTDIR);
+}
+
+void rti_place_remove(const rti_place *place)
+{
+    unlinkat(place->folder, place->target, 0);
+}
+
+rt_status rti_place_read(const rti_place *place, rti_reader **reader)
+{
+    *reader = NULL;
+    int fd = openat(place->folder, place->target, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY | (place->given ? O_NOFOLLOW : 0));
+    if (fd < 0)
+        return fail_path(place->ctx, "open it for reading", place->path, errno);
+    return make_reader(place->ctx, place->path, fd, reader);
+}
+
+rt_status rti_place_append(const rti_place *place, uint64_t offset, const void *data, size_t size)
+{
+    const unsigned char *p = data;
+    int e = 0, fd = openat(place->folder, place->target,
+                           O_WRONLY | O_CREAT | O_CLOEXEC | O_NOCTTY | (place->given ? O_NOFOLLOW : 0), 0666);
+    if (fd < 0)
+        return fail_path(place->ctx, "open it for writing", place->path, errno);
+    if (ftruncate(fd, (off_t)offset) != 0)
+        e = errno;
+    while (size > 0 && !e) {
+        ssize_t n = pwrite(fd, p, size, (off_t)offset);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n <= 0) {
+            e = n < 0 ? errno : EIO;
+            break;
+        }
+        p += n;
+        size -= (size_t)n;
+        offset += (uint64_t)n;
+    }
+    if (!e && fsync(fd) != 0 && errno != EINVAL && errno != ENOSYS)
+        e = errno;
+    if (close(fd) != 0 && !e)
+        e = errno;
+    return e ? fail_path(place->ctx, "write it", place->path, e) : RT_OK;
 }
 
 /* ---- writer ---- */
@@ -386,7 +487,7 @@ static rt_status open_aside(rti_writer *w)
 }
 
 /* Asks the hook for the target's folder, and opens what is written to. */
-static rt_status open_target(rti_writer *w)
+static rt_status open_target(rti_writer *w, const rti_place *place)
 {
     rt_status status = RT_OK;
     if (strcmp(w->path, "-") == 0) {
@@ -394,9 +495,11 @@ static rt_status open_target(rti_writer *w)
         w->own_fd = false;
         return RT_OK;
     }
-    int folder = ask_hook(w->ctx, w->path, RT_OPEN_FOLDER, "write it", &status);
+    int folder = !place         ? ask_hook(w->ctx, w->path, RT_OPEN_FOLDER, "write it", &status)
+                 : place->given ? fcntl(place->folder, F_DUPFD_CLOEXEC, 0)
+                                : RT_OPEN_DEFAULT;
     if (folder == -1)
-        return status;
+        return place ? fail_path(w->ctx, "write it", w->path, errno) : status;
     if (folder >= 0) {
         const char *slash = strrchr(w->path, '/');
         w->folder = folder;
@@ -410,7 +513,7 @@ static rt_status open_target(rti_writer *w)
     return w->fd < 0 ? fail_path(w->ctx, "open it for writing", w->path, errno) : RT_OK;
 }
 
-rt_status rti_writer_open(rt_context *ctx, const char *path, rti_writer **writer)
+static rt_status writer_open(rt_context *ctx, const char *path, const rti_place *place, rti_writer **writer)
 {
     rti_writer *w;
     rt_status status;
@@ -433,13 +536,23 @@ rt_status rti_writer_open(rt_context *ctx, const char *path, rti_writer **writer
     }
     memcpy(w->path, path, w->path_size);
     w->target = w->path;
-    status = open_target(w);
+    status = open_target(w, place);
     if (status != RT_OK) {
         writer_free(w);
         return status;
     }
     *writer = w;
     return RT_OK;
+}
+
+rt_status rti_writer_open(rt_context *ctx, const char *path, rti_writer **writer)
+{
+    return writer_open(ctx, path, NULL, writer);
+}
+
+rt_status rti_place_write(const rti_place *place, rti_writer **writer)
+{
+    return writer_open(place->ctx, place->path, place, writer);
 }
 
 rt_status rti_writer_write(rti_writer *w, const void *data, size_t size)

@@ -41,6 +41,8 @@ static bool open_tile(rti_worker *w)
     w->group_x = 0;
     w->group_y = 0;
     w->sample = 0;
+    if (w->restore)
+        w->restore(w->owner, index, w->film + ((size_t)slot << f->slot_shift) * RTK_FILM_CHANNELS);
     return true;
 }
 

@@ -16,7 +16,11 @@ void rt_job_on_tile(rt_job *job, rt_tile_fn fn, void *user)
 
 void rt_job_cancel(rt_job *job)
 {
-    atomic_store_explicit(&job->cancel.asked, true, memory_order_relaxed);
+    rti_keeper *k = job->keeper;
+    if (k && atomic_load(&k->flying)) /* the workers work their rays down first */
+        atomic_store(&k->stop, true);
+    else
+        atomic_store_explicit(&job->cancel.asked, true, memory_order_relaxed);
 }
 
 static rt_job_state state_of(rt_job *job)
@@ -157,7 +161,21 @@ void rt_job_stats(rt_job *job, rt_render_stats *stats)
         s.clamped += w->counts.clamped;
         s.dropped += w->counts.dropped;
     }
+    if (job->keeper) {
+        const rti_check_counts *b = &job->keeper->base;
+        s.rays_camera += b->rays[RTK_KIND_CAMERA];
+        s.rays_shadow += b->rays[RTK_KIND_SHADOW];
+        s.rays_reflect += b->rays[RTK_KIND_REFLECT];
+        s.rays_refract += b->rays[RTK_KIND_REFRACT];
+        s.rays_diffuse += b->rays[RTK_KIND_DIFFUSE];
+        s.rays_ao += b->rays[RTK_KIND_AO];
+        s.nodes += b->nodes;
+        s.tests += b->tests;
+        s.clamped += b->clamped;
+        s.dropped += b->dropped;
+    }
     s.seconds = (job->state == RT_JOB_RUNNING ? rti_now() : job->ended) - job->started;
+    s.seconds += job->keeper ? job->keeper->base.seconds : 0;
     s.build_seconds = job->build_seconds;
     s.memory = job->memory;
     s.workers = job->worker_count;
@@ -165,6 +183,14 @@ void rt_job_stats(rt_job *job, rt_render_stats *stats)
     s.tiles_done = job->finished_count;
     pthread_mutex_unlock(&job->lock);
     *stats = s;
+}
+
+void rt_job_checkpoint_stats(rt_job *job, rt_checkpoint_stats *stats)
+{
+    rt_checkpoint_stats none = {0};
+    pthread_mutex_lock(&job->lock);
+    *stats = job->keeper ? job->keeper->stats : none;
+    pthread_mutex_unlock(&job->lock);
 }
 
 uint32_t rt_job_worker_stats(rt_job *job, rt_worker_stats *stats, uint32_t capacity)

@@ -4,6 +4,7 @@
 
 #include <pthread.h>
 
+#include "checkpoint.h"
 #include "image.h"
 #include "wavefront.h"
 
@@ -23,11 +24,43 @@ typedef struct rti_job_worker {
     struct rt_job *job;
     uint32_t role;        /* index of this worker */
     uint32_t static_next; /* RT_SCHEDULE_STATIC: its next tile */
-    bool done;
+    bool begun, done;
+    uint32_t epoch;    /* of checkpoints: the last it gave its part to */
+    double stop_since; /* when it saw that the job is to stop; 0: not yet */
     double busy_seconds, cpu_seconds; /* of the slices before this one */
     double slice_start, slice_cpu;
     rti_job_share share; /* under the job's lock; renewed with every tile */
 } rti_job_worker;
+
+/* What a job with a checkpoint keeps beside its work (job_checkpoint.c). */
+typedef struct rti_keeper {
+    rti_place place;
+    double every;
+    bool keep;
+    rti_check_key key;
+    rti_check_counts base; /* of the runs before this one */
+    uint32_t base_tiles;
+    rti_check_partial *begun; /* tiles that came unfinished: read-only while rays fly */
+    uint32_t begun_count, tile_count, worker_count;
+    uint8_t *resumed; /* [tile_count] came finished; read-only while rays fly */
+
+    atomic_uint epoch;            /* grows when the time has come: each worker then gives its part */
+    atomic_uint_fast64_t next_ms; /* that time, since the job's start */
+    atomic_bool flying, stop;     /* rays are traced; the job is to end with its rays worked down */
+
+    /* under the job's lock */
+    uint8_t *settled;            /* [tile_count] its owner has given part since */
+    uint32_t *finished_by;       /* [tile_count] worker of finished[i] */
+    rti_check_partial *deposits; /* [worker_count] what a worker had begun when it gave its part; film NULL: nothing */
+    rti_job_share *shares;       /* [worker_count] its counts then */
+    uint64_t **films;            /* [worker_count] where its deposit stands */
+    size_t film_size;
+    uint32_t waiting; /* workers of this epoch still to come */
+    bool writing;
+    uint32_t *list; /* [tile_count] the writer's */
+    rti_check_partial *partials;
+    rt_checkpoint_stats stats;
+} rti_keeper;
 
 struct rt_job {
     rt_context *ctx;
@@ -60,6 +93,7 @@ struct rt_job {
     rt_tile_fn on_tile;
     void *on_tile_user;
 
+    rti_keeper *keeper; /* NULL: no checkpoint is wanted */
     double started, ended, build_seconds;
     uint64_t memory;
 };
@@ -77,6 +111,22 @@ rt_status rti_job_run(rt_job *job);
  * never). */
 void rti_job_init_worker(rt_job *job, uint32_t role);
 void rti_job_work(rt_job *job, uint32_t role, double until);
+void rti_job_renew_share(rti_job_worker *w); /* the lock is held */
+
+/* job_checkpoint.c. make: checks the path and takes over what the file holds about the tiles' edge, before the frame is planned
+ * (*file then waits for load). load: the file's content, when image and workers are there; and a first file, so that a place that
+ * cannot be written to is known at once. */
+rt_status rti_keeper_make(rt_job *job, const char *what, const rt_render_desc *desc, rti_check_file *file);
+rt_status rti_keeper_load(rt_job *job, rti_check_file *file);
+uint64_t rti_keeper_bytes(const rti_frame *frame);
+void rti_keeper_free(rt_job *job);
+/* After a step of the worker; more: the step found work. Returns whether to go on. */
+bool rti_keeper_tend(rti_job_worker *w, bool more);
+/* The worker has come to its end; and so has the last, whose state is to be. */
+void rti_keeper_worker_ends(rti_job_worker *w);
+void rti_keeper_job_ends(rt_job *job, rt_job_state state);
+void rti_keeper_restore(void *owner, uint32_t index, uint64_t *film);
+
 /* The thread of a THREADS job. */
 void rti_job_thread(void *data, uint32_t index);
 /* A slice of `seconds` on the caller's thread and the host's tasks. */

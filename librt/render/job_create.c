@@ -14,7 +14,8 @@ static uint64_t memory_of(const rti_frame *frame, uint32_t geom_count)
 {
     uint64_t worker = rti_worker_size(frame) + sizeof(rti_job_worker);
     return sizeof(rt_job) + sizeof(rt_image) + image_bytes(frame) + worker * frame->set.desc.workers +
-           (uint64_t)frame->tile_count * sizeof(uint32_t) + (uint64_t)geom_count * sizeof(uint32_t);
+           (uint64_t)frame->tile_count * sizeof(uint32_t) + (uint64_t)geom_count * sizeof(uint32_t) +
+           (frame->set.desc.checkpoint ? rti_keeper_bytes(frame) : 0);
 }
 
 static rt_status check_memory(rt_context *ctx, const char *what, const rti_frame *frame, uint64_t bytes)
@@ -96,7 +97,9 @@ static float default_ao_distance(const rti_snapshot *snapshot)
     return 0.1f * rtk_len(d);
 }
 
-static rt_status plan(rt_job *job, const char *what, const rt_render_desc *desc, void (*tune)(rti_settings *settings))
+/* file: where a checkpoint that is gone on from is kept open; NULL: only planning. */
+static rt_status plan(rt_job *job, const char *what, const rt_render_desc *desc, void (*tune)(rti_settings *settings),
+                      rti_check_file *file)
 {
     rti_frame *f = &job->frame;
     const rtk_scene *scene = rti_snapshot_view(job->snapshot);
@@ -106,12 +109,17 @@ static rt_status plan(rt_job *job, const char *what, const rt_render_desc *desc,
         return status;
     if (tune)
         tune(&f->set);
+    if (file && f->set.desc.checkpoint)
+        status = rti_keeper_make(job, what, &f->set.desc, file);
+    if (status != RT_OK)
+        return status;
     f->cancel = &job->cancel;
     f->ao_distance = f->set.desc.ao_distance > 0.0f ? f->set.desc.ao_distance : default_ao_distance(job->snapshot);
     status = rti_frame_plan(job->ctx, what, f, scene);
     if (status != RT_OK)
         return status;
     job->memory = memory_of(f, geoms);
+    f->set.desc.checkpoint = NULL; /* the caller's string is not kept */
     job->mode = f->set.desc.workers == 1 || rti_context_has_tasks(job->ctx) ? RTI_JOB_DRIVEN : RTI_JOB_THREADS;
     return RT_OK;
 }
@@ -139,6 +147,7 @@ rt_status rti_job_create(rt_context *ctx, rti_snapshot *snapshot, const char *wh
                          void (*tune)(rti_settings *settings), rt_job **job)
 {
     rt_job *made = rti_alloc_zero(ctx, sizeof *made);
+    rti_check_file file = {0};
     rti_fpenv env;
     rt_status status;
     *job = NULL;
@@ -150,7 +159,7 @@ rt_status rti_job_create(rt_context *ctx, rti_snapshot *snapshot, const char *wh
     made->snapshot = snapshot;
     made->started = rti_now();
     init_sync(made);
-    status = plan(made, what, desc, tune);
+    status = plan(made, what, desc, tune, &file);
     if (status == RT_OK)
         status = check_memory(ctx, what, &made->frame, made->memory);
     if (status == RT_OK)
@@ -159,8 +168,11 @@ rt_status rti_job_create(rt_context *ctx, rti_snapshot *snapshot, const char *wh
         status = make_image(made);
     if (status == RT_OK)
         status = make_workers(made);
+    if (status == RT_OK && made->keeper)
+        status = rti_keeper_load(made, &file);
     for (uint32_t i = 0; status == RT_OK && i < made->worker_count; i++)
         rti_job_init_worker(made, i);
+    rti_check_close(&file);
     rti_fp_leave(env);
     if (status != RT_OK) {
         rt_job_destroy(made);
@@ -206,7 +218,7 @@ uint64_t rt_render_memory(rt_scene *scene, const rt_render_desc *desc)
     if (status != RT_OK)
         return 0;
     planned.ctx = rt_scene_context(scene);
-    status = plan(&planned, what, desc, NULL);
+    status = plan(&planned, what, desc, NULL, NULL);
     rti_snapshot_release(planned.snapshot);
     return status == RT_OK ? planned.memory : 0;
 }
@@ -218,6 +230,7 @@ void rt_job_destroy(rt_job *job)
     rt_job_cancel(job);
     rti_threads_join(job->ctx, job->threads);
     rt_image_destroy(job->image);
+    rti_keeper_free(job);
     rti_free(job->ctx, job->finished, job->frame.tile_count * sizeof *job->finished);
     rti_free(job->ctx, job->scratch, job->worker_count * job->scratch_size);
     rti_free(job->ctx, job->workers, job->worker_count * sizeof *job->workers);

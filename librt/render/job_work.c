@@ -10,17 +10,19 @@ static uint32_t next_tile(void *owner)
     rti_job_worker *w = owner;
     rt_job *job = w->job;
     uint32_t index;
-    if (job->frame.set.desc.schedule == RT_SCHEDULE_STATIC) {
-        index = w->static_next;
-        w->static_next += index < job->frame.tile_count ? job->worker_count : 0;
-    } else {
-        index = atomic_fetch_add_explicit(&job->next_tile, 1, memory_order_relaxed);
-    }
+    do {
+        if (job->frame.set.desc.schedule == RT_SCHEDULE_STATIC) {
+            index = w->static_next;
+            w->static_next += index < job->frame.tile_count ? job->worker_count : 0;
+        } else {
+            index = atomic_fetch_add_explicit(&job->next_tile, 1, memory_order_relaxed);
+        }
+    } while (job->keeper && index < job->frame.tile_count && job->keeper->resumed[index]);
     return index < job->frame.tile_count ? index : RTK_INVALID;
 }
 
 /* The lock is held. */
-static void share(rti_job_worker *w)
+void rti_job_renew_share(rti_job_worker *w)
 {
     w->share.counts = w->wave.counts;
     w->share.trace = w->wave.scratch.stats;
@@ -35,8 +37,10 @@ static void tile_done(void *owner, uint32_t index)
     rt_tile t = rti_frame_tile(&job->frame, index);
     atomic_fetch_add_explicit(&job->pixels_done, (uint64_t)t.width * t.height, memory_order_relaxed);
     pthread_mutex_lock(&job->lock);
+    if (job->keeper)
+        job->keeper->finished_by[job->finished_count] = w->role;
     job->finished[job->finished_count++] = index;
-    share(w);
+    rti_job_renew_share(w);
     if (job->on_tile)
         pthread_cond_broadcast(&job->news);
     pthread_mutex_unlock(&job->lock);
@@ -53,6 +57,7 @@ void rti_job_init_worker(rt_job *job, uint32_t role)
     w->wave.next_tile = next_tile;
     w->wave.tile_done = tile_done;
     w->wave.owner = w;
+    w->wave.restore = job->keeper ? rti_keeper_restore : NULL;
 }
 
 /* ---- the tree ---- */
@@ -104,10 +109,18 @@ static bool prepare(rt_job *job)
 static void end_worker(rti_job_worker *w)
 {
     rt_job *job = w->job;
+    bool last;
+    if (job->keeper)
+        rti_keeper_worker_ends(w);
     pthread_mutex_lock(&job->lock);
-    share(w);
+    rti_job_renew_share(w);
     w->done = true;
-    if (--job->running == 0) {
+    last = --job->running == 0;
+    pthread_mutex_unlock(&job->lock);
+    if (last && job->keeper && job->status == RT_OK)
+        rti_keeper_job_ends(job, job->finished_count == job->frame.tile_count ? RT_JOB_DONE : RT_JOB_CANCELLED);
+    pthread_mutex_lock(&job->lock);
+    if (last) {
         job->ended = rti_now();
         if (job->status != RT_OK)
             job->state = RT_JOB_FAILED;
@@ -125,8 +138,18 @@ void rti_job_work(rt_job *job, uint32_t role, double until)
     rti_fpenv env = rti_fp_enter();
     w->slice_start = rti_now();
     w->slice_cpu = rti_thread_cpu();
+    if (job->keeper && more && !w->begun) {
+        pthread_mutex_lock(&job->lock);
+        w->begun = true;
+        w->epoch = atomic_load(&job->keeper->epoch);
+        atomic_store(&job->keeper->flying, true);
+        pthread_mutex_unlock(&job->lock);
+        more = !atomic_load(&job->keeper->stop);
+    }
     while (more) {
         more = rti_worker_step(&w->wave);
+        if (job->keeper)
+            more = rti_keeper_tend(w, more);
         if (until >= 0 && rti_now() >= until)
             break;
     }

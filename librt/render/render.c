@@ -1,4 +1,5 @@
 /* Rendering in one call: to an image, and band by band to a file. */
+#include "band_file.h"
 #include "job.h"
 #include "save.h"
 
@@ -43,7 +44,9 @@ typedef struct banding {
     rt_context *ctx;
     rti_snapshot *snapshot; /* one for all bands, whatever is committed meanwhile */
     rt_render_desc desc;
+    rti_settings checked;
     rti_row_writer *writer;
+    rti_band_file kept; /* with a checkpoint; inner is NULL without */
     int (*progress)(void *user, uint64_t done, uint64_t total);
     void *user;
     uint64_t done, total;
@@ -66,6 +69,8 @@ static rt_status render_band(banding *b, uint32_t y, uint32_t rows)
     rt_status status;
     d.crop.y = y;
     d.crop.height = rows;
+    d.checkpoint = b->kept.inner ? b->kept.inner : NULL;
+    d.checkpoint_keep = 1; /* until the band stands in the other file */
     status = rti_job_create(b->ctx, b->snapshot, band_what, &d, NULL, &job);
     if (status != RT_OK)
         return status;
@@ -76,8 +81,43 @@ static rt_status render_band(banding *b, uint32_t y, uint32_t rows)
     else if (status == RT_ERROR_CANCELLED)
         rti_fail(b->ctx, status, "%s: cancelled after %llu of %llu pixels", band_what, (unsigned long long)b->done,
                  (unsigned long long)b->total);
+    if (status == RT_OK && b->kept.inner)
+        status = rti_bands_add(&b->kept, rt_image_pixels_const(rt_job_image(job)), rows);
+    if (status == RT_OK && b->kept.inner)
+        rti_place_remove(&b->kept.inner_place);
     rt_job_destroy(job);
     return status;
+}
+
+/* Goes on behind the bands that the checkpoint holds. */
+static rt_status take_kept(banding *b)
+{
+    rti_check_key key;
+    rt_status status;
+    if (!b->desc.checkpoint)
+        return RT_OK;
+    rti_check_key_of(&key, b->snapshot, &b->checked);
+    status = rti_bands_open(b->ctx, b->desc.checkpoint, &key, b->desc.crop.width, b->desc.crop.height, b->writer, &b->kept);
+    b->done = (uint64_t)b->kept.rows * b->desc.crop.width;
+    return status;
+}
+
+/* Rows of the band that an earlier run was in, so that its checkpoint fits; 0: there is none. One of another band, which had been
+ * added already, is removed. */
+static uint32_t begun_rows(banding *b)
+{
+    const rt_tile *all = &b->desc.crop;
+    rti_check_head head;
+    uint64_t rows;
+    if (!b->kept.inner || !rti_place_there(&b->kept.inner_place))
+        return 0;
+    if (rti_check_peek(&b->kept.inner_place, &head)) {
+        rows = head.key.value[RTI_KEY_CROP_HEIGHT];
+        if (head.key.value[RTI_KEY_CROP_Y] == (uint64_t)all->y + b->kept.rows && rows >= 1 && rows <= all->height - b->kept.rows)
+            return (uint32_t)rows;
+    }
+    rti_place_remove(&b->kept.inner_place);
+    return 0;
 }
 
 /* Whole rows of tiles, as many as fit; at least one row of pixels. */
@@ -99,10 +139,18 @@ static rt_status render_bands(banding *b, const char *path, const rt_save_desc *
     if (status != RT_OK)
         return status;
     b->total = (uint64_t)all.width * all.height;
-    for (uint32_t y = 0; status == RT_OK && y < all.height; y += rows)
-        status = render_band(b, all.y + y, rows < all.height - y ? rows : all.height - y);
+    status = take_kept(b);
+    for (uint32_t y = b->kept.rows, begun = status == RT_OK ? begun_rows(b) : 0, now; status == RT_OK && y < all.height;
+         y += now) {
+        now = begun ? begun : rows < all.height - y ? rows : all.height - y;
+        status = render_band(b, all.y + y, now);
+        begun = 0;
+    }
     closed = rti_rows_close(b->writer, status == RT_OK);
-    return status == RT_OK ? closed : status;
+    status = status == RT_OK ? closed : status;
+    if (b->kept.inner)
+        rti_bands_close(&b->kept, status == RT_OK && !b->desc.checkpoint_keep);
+    return status;
 }
 
 rt_status rt_render_to_file(rt_scene *scene, const rt_render_desc *desc, const char *path, const rt_save_desc *save,
@@ -110,21 +158,20 @@ rt_status rt_render_to_file(rt_scene *scene, const rt_render_desc *desc, const c
 {
     rt_context *ctx = rt_scene_context(scene);
     banding b = {0};
-    rti_settings checked;
     rt_status status;
     if (!path)
         return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: path is NULL", band_what);
     status = rti_job_snapshot(scene, band_what, &b.snapshot);
     if (status != RT_OK)
         return status;
-    status = rti_settings_take(ctx, band_what, b.snapshot, desc, &checked);
-    if (status == RT_OK && checked.desc.pixels)
+    status = rti_settings_take(ctx, band_what, b.snapshot, desc, &b.checked);
+    if (status == RT_OK && b.checked.desc.pixels)
         status = rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: pixels must be NULL; the picture goes to the file", band_what);
     if (status == RT_OK) {
         b.ctx = ctx;
-        b.desc = checked.desc;
-        b.desc.integrator = checked.integrator->name;
-        b.desc.tracer = checked.tracer->name;
+        b.desc = b.checked.desc;
+        b.desc.integrator = b.checked.integrator->name;
+        b.desc.tracer = b.checked.tracer->name;
         b.desc.pixels_stride = 0;
         b.progress = progress;
         b.user = user;

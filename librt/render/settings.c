@@ -65,6 +65,11 @@ static rt_status check_choices(rt_context *ctx, const char *what, const rt_rende
     if (!(d->filter_width >= 0.0f && d->filter_width <= FILTER_WIDTH_MAX))
         return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: filter_width is %s; it must be 0 ... 16 pixels", what,
                         rti_num(number, d->filter_width));
+    if (!(d->checkpoint_every >= 0 && d->checkpoint_every <= 1e9))
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: checkpoint_every is %s; it must be 0 ... 1e9 seconds", what,
+                        rti_num(number, (float)d->checkpoint_every));
+    if (d->checkpoint && (!*d->checkpoint || strcmp(d->checkpoint, "-") == 0))
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: checkpoint is \"%s\"; it must be the name of a file", what, d->checkpoint);
     if (isnan(d->ao_distance))
         return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: ao_distance is not a number", what);
     return RT_OK;

@@ -190,7 +190,7 @@ bool rti_worker_step(rti_worker *worker)
     uint32_t camera_flags = RTI_TRACE_COHERENT | (one_origin ? RTI_TRACE_COMMON_ORIGIN : 0);
     if (rti_cancelled(f->cancel))
         return false;
-    if (waiting < f->batch)
+    if (waiting < f->batch && !worker->hold)
         camera = rti_make_camera_rays(worker, f->batch - waiting);
     first = (camera + RTK_BLOCK - 1) / RTK_BLOCK * RTK_BLOCK;
     taken = take_from_stack(worker, first, f->batch - first);

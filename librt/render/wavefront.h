@@ -88,10 +88,13 @@ typedef struct rti_worker {
     uint32_t slot; /* RTK_INVALID: no tile open */
     uint32_t group_x, group_y, sample;
     bool no_more_tiles;
+    bool hold; /* no camera rays for now: the waiting ones are worked down, until a step finds nothing to do */
 
     /* Next tile or RTK_INVALID; a tile whose pixels stand in the image. */
     uint32_t (*next_tile)(void *owner);
     void (*tile_done)(void *owner, uint32_t index);
+    /* A tile is opened, its film cleared: puts in what an earlier run added, and sets where the camera rays go on. NULL: none. */
+    void (*restore)(void *owner, uint32_t index, uint64_t *film);
     void *owner;
 } rti_worker;
 

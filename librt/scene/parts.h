@@ -45,7 +45,6 @@ uint32_t rti_snapshot_tree(const rti_snapshot *snapshot);                /* RTK_
 /* Calls visit for every chunk that is there, in a fixed order. group: RTK_INVALID for what belongs to none. */
 typedef void (*rti_chunk_visit)(void *data, const rti_chunk *chunk, uint32_t group);
 void rti_snapshot_each(const rti_snapshot *snapshot, rti_chunk_visit visit, void *data);
-rti_hash rti_snapshot_hash(const rti_snapshot *snapshot);
 
 /* Rays of a plain array into blocks. */
 void rti_rays_gather(const rt_ray *rays, uint32_t count, rtk_trace_block *out);

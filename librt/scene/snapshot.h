@@ -18,6 +18,8 @@ void rti_snapshot_release(rti_snapshot *snapshot); /* NULL is fine */
 const rtk_scene *rti_snapshot_view(const rti_snapshot *snapshot);
 /* The tracer that queries use (rt_scene_set_tracer). */
 const struct rti_tracer *rti_snapshot_tracer(const rti_snapshot *snapshot);
+/* Of all that can change an image, trees left out. */
+rti_hash rti_snapshot_hash(const rti_snapshot *snapshot);
 uint64_t rti_snapshot_bytes(const rti_snapshot *snapshot);
 /* Box of everything finite, world space; lo > hi when there is nothing. */
 void rti_snapshot_bounds(const rti_snapshot *snapshot, rtk_vec3 *lo, rtk_vec3 *hi);

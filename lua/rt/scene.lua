@@ -261,7 +261,11 @@ function methods.effective(self, arguments)
   return settings.merge(layers)
 end
 
+local checkpoint_fields = { checkpoint = check.string, checkpoint_every = check.number { above = 0, high = 1e9 }, checkpoint_keep = check.boolean }
 local render_fields = setmetatable({ progress = check.callable, preview = check.boolean }, { __index = settings.fields })
+for name, field in pairs(checkpoint_fields) do
+  render_fields[name] = field
+end
 for name, field in pairs(settings.fields) do
   render_fields[name] = field
 end
@@ -280,6 +284,13 @@ local function arguments_of(t, who)
     end
   end
   return settings.check(given, who), rest
+end
+
+-- Where a render keeps its state, for C: the path is relative to where the program runs.
+local function add_checkpoint(values, rest)
+  for name in pairs(checkpoint_fields) do
+    values[name] = rest[name]
+  end
 end
 
 -- ---- committing, rendering ----
@@ -326,6 +337,7 @@ local function start(self, t, who)
   frame(self, values.width, values.height)
   commit(self, values)
   values.preview = rest.preview
+  add_checkpoint(values, rest)
   local started = job.new(core.job_start(self.handle, values), self)
   started.settings = values
   return started, rest
@@ -375,9 +387,11 @@ function methods.render_to_file(self, path, t)
       given[key] = value
     end
   end
-  local values = self:effective((arguments_of(given, who)))
+  local settings_given, others = arguments_of(given, who)
+  local values = self:effective(settings_given)
   frame(self, values.width, values.height)
   self:commit(values)
+  add_checkpoint(values, others)
   return core.render_to_file(self.handle, values, path, rest.save or {}, rest.band_memory or 0, rest.progress)
 end
 

@@ -7,6 +7,7 @@ local output = require "rtray.output"
 local progress = require "rtray.progress"
 local recipe = require "rtray.recipe"
 local report = require "rtray.report"
+local types = require "rtray.types"
 
 local bands = {}
 
@@ -29,7 +30,8 @@ function bands.render(opened, target, values)
     save[key] = value
   end
   local whole = scene:render_to_file(target.path, {
-    save = save, band_memory = values.band_memory or band_memory(settings.memory_limit or 0),
+    save = save, checkpoint = values.checkpoint, checkpoint_every = values.every,
+    band_memory = values.band_memory or band_memory(settings.memory_limit or 0),
     progress = function(done)
       at = done
       shown:update(done)
@@ -38,8 +40,13 @@ function bands.render(opened, target, values)
   })
   output.clear_line()
   if not whole then
-    output.note("rtray render: %s at %d%%; an image in bands is written whole or not at all: %s is as it was", limits.told() or "interrupted",
-      math.floor(at * 100), target.path)
+    local what, percent = limits.told() or "interrupted", math.floor(at * 100)
+    if values.checkpoint then
+      output.note("rtray render: %s at %d%%; %s keeps what is done, %s is as it was. The same command goes on from it.", what, percent,
+        types.quote(values.checkpoint), types.quote(target.path))
+      return 1
+    end
+    output.note("rtray render: %s at %d%%; an image in bands is written whole or not at all: %s is as it was", what, percent, target.path)
     return 1
   end
   recipe.beside(target.path, target.save.format, save.text)

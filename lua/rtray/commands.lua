@@ -10,15 +10,18 @@ local commands = {
     arguments = { SCENE },
     options = options.take("output", "size", "samples", "workers", "define", "set", "frame", "integrator", "tracer", "builder", "tile",
       "schedule", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "crop", "seed", "memory_limit", "exposure",
-      "tone", "bits", "quality", "alpha", "format", "no_metadata", "bands", "band_memory", "watch", "preview", "progress", "quiet", "json", "stats",
-      "settings"),
+      "tone", "bits", "quality", "alpha", "format", "no_metadata", "bands", "band_memory", "checkpoint", "every", "watch", "preview",
+      "progress", "quiet", "json", "stats", "settings"),
     text = [[
 SCENE is a Lua script, an old scene definition file (.sdf) or a mesh file (PLY, OBJ, STL). Without -o the image is NAME.png in this
 folder. A setting given here wins over the chosen set, that over the script's settings, those over the built-in ones. A mesh file is
 shown on a floor under a lamp, with a camera that frames it. Of an animation one frame is rendered, --frame N or the first.
 
 Ctrl-C (or SIGTERM) saves what is finished and ends; a second one ends at once. An image that does not fit the memory is rendered band
-by band straight into the file; --bands asks for that.]],
+by band straight into the file; --bands asks for that.
+
+With --checkpoint the same command goes on where an earlier one ended, in whatever way, to the same bits; a FILE of another scene, setting
+or version is refused.]],
     examples = {
       "rtray render scenes/paper.lua --size 1000x700 -o paper.png",
       "rtray render scenes/paper.lua -D ior=1.3 --set draft",

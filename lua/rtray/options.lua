@@ -66,6 +66,8 @@ row("keep_going", { "-k", "--keep-going" }, nil, nil, "a frame that fails does n
 row("no_metadata", { "--no-metadata" }, nil, nil, "leave script, parameters, settings and version out of the image")
 row("files_folder", { "--files" }, "folder", "FOLDER", "folder that the scene's files lie in; else that of the image")
 row("print", { "--print" }, nil, nil, "print what the image says and its scripts, run nothing")
+row("checkpoint", { "--checkpoint" }, "file", "FILE", "keep what is done in FILE, and go on from it; removed when the image is whole")
+row("every", { "--every" }, "number", "SECONDS", "time between two writings of the checkpoint, 60", { low = 0.001, high = 1e9 })
 row("watch", { "--watch" }, nil, nil, "render again whenever the scene's files change")
 row("preview", { "--preview" }, "file", "FILE", "while rendering, keep FILE up to date with what is done")
 row("json", { "--json" }, nil, nil, "print one JSON object on standard output")

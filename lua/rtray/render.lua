@@ -39,6 +39,15 @@ local function target_of(command, values, path)
     cli.fault(command, "-o - and %s both want standard output", values.json and "--json" or "--watch")
   end
   files.check_output(out)
+  if values.every and not values.checkpoint then
+    cli.fault(command, "--every says how often the file of --checkpoint is written; name one")
+  elseif values.checkpoint == "-" then
+    cli.fault(command, "--checkpoint needs the name of a file; standard output is none")
+  elseif values.checkpoint and values.watch then
+    cli.fault(command, "--checkpoint keeps one picture, --watch renders many")
+  elseif values.checkpoint then
+    files.check_output(values.checkpoint)
+  end
   if values.preview then
     if not FORMATS[files.ending_of(values.preview)] then
       cli.fault(command, "the ending of %s names no image format; known are .png, .jpg, .bmp, .tga, .hdr", types.quote(values.preview))
@@ -78,9 +87,12 @@ local function attend(job, values, shown, stale)
   end
 end
 
-local function interrupted(target, done, saved)
+local function interrupted(target, done, saved, checkpoint)
   local percent, what = math.floor(done * 100), limits.told() or "interrupted"
-  if not saved then
+  if checkpoint then
+    output.note("rtray render: %s at %d%%; %s keeps what is done%s. The same command goes on from it.", what, percent, types.quote(checkpoint),
+      saved and (" and %s shows it"):format(types.quote(target.path)) or "")
+  elseif not saved then
     output.note("rtray render: %s at %d%%; nothing was finished, so nothing was written", what, percent)
   else
     output.note("rtray render: %s at %d%%; what is finished is in %s, the rest is transparent black. The same command renders it whole.",
@@ -100,6 +112,9 @@ local function finish(opened, job, target, values)
   recipe.beside(target.path, target.save.format, save.text)
   if values.preview then
     image:save(values.preview)
+  end
+  if values.checkpoint then
+    os.remove(values.checkpoint)
   end
   local note = target.path == "-" and output.note or output.print
   if values.json then
@@ -124,7 +139,9 @@ local function once(opened, target, values, stale)
   if values.bands or target.rows and bands.needed(scene) then
     return bands.render(opened, target, values)
   end
-  local job <close> = scene:start { preview = values.preview ~= nil }
+  local job <close> = scene:start {
+    preview = values.preview ~= nil, checkpoint = values.checkpoint, checkpoint_every = values.every, checkpoint_keep = true, -- until it is saved
+  }
   sys.defer(true)
   local state, done = attend(job, values, progress.new(values, target.path), stale)
   if state == "cancelled" and not sys.interrupted() then
@@ -135,7 +152,7 @@ local function once(opened, target, values, stale)
     if some then
       job:image():save(target.path, target.save)
     end
-    return interrupted(target, done, some)
+    return interrupted(target, done, some, values.checkpoint)
   end
   finish(opened, job, target, values)
   sys.defer(false)

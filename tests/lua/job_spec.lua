@@ -12,6 +12,43 @@ local function long(scene, more)
   return scene:start(options)
 end
 
+describe("a checkpoint", function()
+  it("is gone on from, to the same image and the same rays", function()
+    support.in_folder(function(folder)
+      local path = folder .. "/state"
+      local function options(more)
+        local o = { size = { 64, 48 }, samples = 64, checkpoint = path, checkpoint_every = 0.01 }
+        for key, value in pairs(more or {}) do
+          o[key] = value
+        end
+        return o
+      end
+      local scene = support.ball()
+      local want, stats = scene:render { size = { 64, 48 }, samples = 64 }
+      assert.equal(0, stats.checkpoints)
+      do
+        local job <close> = scene:start(options { workers = 1 })
+        while job:stats().tiles_done < 3 do
+          job:poll()
+        end
+        job:cancel()
+        assert.equal("cancelled", (job:wait()))
+      end
+      support.raises(path .. ": this checkpoint is of another render: samples is 64 there and 65 here; remove it or name another file", function()
+        return scene:render(options { samples = 65 }), nil
+      end)
+      local image, resumed = scene:render(options { workers = 2, checkpoint_keep = true })
+      assert.equal(want:hash(), image:hash())
+      assert.equal(stats.rays, resumed.rays)
+      assert.is_true(resumed.tiles_resumed >= 3 and resumed.checkpoints >= 1)
+      image, resumed = scene:render(options()) -- all of it stands in the file, which is removed now
+      assert.equal(want:hash(), image:hash())
+      assert.equal(resumed.tiles, resumed.tiles_resumed)
+      assert.is_nil(io.open(path))
+    end)
+  end)
+end)
+
 describe("a job", function()
   it("is polled, waited for and gives its image", function()
     local job = support.ball():start()

@@ -2,6 +2,7 @@
 librt_unit_test(acne)
 librt_unit_test(base THREADS)
 librt_unit_test(camera)
+librt_unit_test(checkpoint THREADS)
 librt_unit_test(draw support/fixture.c)
 librt_unit_test(explain)
 librt_unit_test(film)

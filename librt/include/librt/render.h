@@ -41,8 +41,20 @@ typedef struct rt_render_desc {
     float *pixels;       /**< caller's buffer, float[4] a pixel of the crop, or NULL: the image has its own. Must live until the job is destroyed */
     size_t pixels_stride; /**< bytes from row to row of that buffer; 0: dense */
     uint64_t memory_limit; /**< bytes this render may take beside the scene; 0: what is free. More ends with MEMORY_LIMIT and the numbers */
+    const char *checkpoint; /**< file that keeps what is done (NULL: none), see below; the string is copied */
+    double checkpoint_every; /**< seconds between two writings, > 0; 0: 60 */
+    int checkpoint_keep;     /**< the file stays, with the whole picture, when the render is done; else it is removed then */
 } rt_render_desc;
 RT_API rt_render_desc rt_render_desc_default(void);
+
+/* Checkpoints. With `checkpoint` a render writes its state into that file every checkpoint_every seconds and when it is cancelled: finished tiles, and the
+ * sums of unfinished ones, so that even a tile of hours loses no more than that time. A render that finds the file goes on from there, to the same bits and
+ * the same statistics as one that was never interrupted; workers, tracer, schedule and memory may be others, tiles stay those of the file. A file of
+ * another scene, setting, seed or version of librt, or a damaged one, is refused with a sentence that says what differs (STATE, FORMAT).
+ * The file is written aside, brought to disk and renamed; it takes 16 bytes a finished pixel, 32 an unfinished one. A render never
+ * spends more than about one percent of its time on it: where writing takes long, it is done less often. That it cannot be written is an error at the start, later a warning
+ * in the log. A cancelled render with a checkpoint first works down the rays under way, up to 250 ms more (rays given up after that are counted twice in the statistics). rt_render_to_file keeps finished bands in the
+ * file (growing with each), and the state within a band in FILE.band. */
 
 /** Names and one-line descriptions of what this build has. NULL past the end. */
 RT_API const char *rt_integrator_at(uint32_t index, const char **help);
@@ -97,6 +109,15 @@ typedef struct rt_render_stats {
     uint32_t workers, tiles, tiles_done;
 } rt_render_stats;
 RT_API void rt_job_stats(rt_job *job, rt_render_stats *stats);
+
+typedef struct rt_checkpoint_stats {
+    uint32_t tiles_resumed;  /**< finished, and begun, tiles that came from the file */
+    uint32_t tiles_begun;
+    uint32_t written, failed; /**< times the file was written, and could not be */
+    double seconds;           /**< spent on writing by a worker */
+} rt_checkpoint_stats;
+/** What a job had to do with its checkpoint; zeros without one. */
+RT_API void rt_job_checkpoint_stats(rt_job *job, rt_checkpoint_stats *stats);
 
 typedef struct rt_worker_stats {
     double busy_seconds, cpu_seconds; /**< inside tiles; wall and the thread's CPU time */
