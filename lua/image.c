@@ -327,6 +327,10 @@ static int compare(lua_State *L)
     lua_setfield(L, -2, "mse");
     lua_pushnumber(L, d.psnr);
     lua_setfield(L, -2, "psnr");
+    double ssim = 1.0;
+    rtl_check(L, a->context, rt_image_ssim(a->image, b->image, &ssim, NULL));
+    lua_pushnumber(L, ssim);
+    lua_setfield(L, -2, "ssim");
     if (with_map) {
         lua_pushvalue(L, -2);
         lua_setfield(L, -2, "map");

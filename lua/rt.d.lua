@@ -776,7 +776,7 @@ function Image:hash() end
 ---How far two images of one size differ.
 ---@param other rt.image
 ---@param options? { map: boolean }
----@return { differing: integer, first: integer[]?, max: number, mse: number, psnr: number, map: rt.image? }
+---@return { differing: integer, first: integer[]?, max: number, mse: number, psnr: number, ssim: number, map: rt.image? }
 function Image:compare(other, options) end
 
 ---A text entry that was set; entries of a file are read by rt.image_text.
@@ -839,7 +839,7 @@ function rt.image_text(path) end
 ---@param a rt.image
 ---@param b rt.image
 ---@param options? { map: boolean }
----@return { differing: integer, first: integer[]?, max: number, mse: number, psnr: number, map: rt.image? }
+---@return { differing: integer, first: integer[]?, max: number, mse: number, psnr: number, ssim: number, map: rt.image? }
 function rt.compare(a, b, options) end
 
 ---The width and height in pixels that a label takes.

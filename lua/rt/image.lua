@@ -61,7 +61,7 @@ function methods.save(self, path, options)
   return self
 end
 
--- image:compare(other, { map = true }): { differing, first, max, mse, psnr, map }
+-- image:compare(other, { map = true }): { differing, first, max, mse, psnr, ssim, map }
 function methods.compare(self, other, options)
   image.field(other, "image:compare", "the argument")
   local checked = check.fields(options or {}, { map = check.boolean }, "image:compare")

@@ -126,7 +126,7 @@ a stranger's image.]],
     name = "compare", summary = "compare two images; exit status 4 when they differ",
     arguments = { { name = "A", type = "file" }, { name = "B", type = "file" } }, module = "rtray.compare",
     options = options.take("map", "tolerance", "json", "quiet"),
-    text = "Prints the number of differing pixels, the first of them, the largest difference, the mean squared error and the PSNR.",
+    text = "Prints the number of differing pixels, the first of them, the largest difference, the mean squared error, the PSNR and the SSIM.",
     examples = { "rtray compare a.png b.png --map difference.png" },
   },
   {

@@ -21,6 +21,7 @@ local function print_text(a, b, d, equal, pixels)
   output.print("largest difference %s", number(d.max))
   output.print("mean squared error %s", number(d.mse))
   output.print("PSNR               %s dB", number(d.psnr))
+  output.print("SSIM               %s", number(d.ssim))
   if equal then
     output.print("within the tolerance")
   end
@@ -49,7 +50,7 @@ function compare.run(_, values, arguments)
   if values.json then
     local first = d.first and { d.first[1], d.first[2] } or nil
     output.print("%s", json.encode(json.object():set("equal", equal):set("pixels", aw * ah):set("differing", d.differing):set("first", first)
-      :set("max", d.max):set("mse", d.mse):set("psnr", d.psnr)))
+      :set("max", d.max):set("mse", d.mse):set("psnr", d.psnr):set("ssim", d.ssim)))
   elseif not values.quiet then
     print_text(name_a, name_b, d, equal, aw * ah)
   end

@@ -68,6 +68,12 @@ typedef struct rt_image_difference {
 } rt_image_difference;
 /** Errors ARGUMENT when the sizes differ (the sentence names them). difference_map: NULL or receives an image of |a - b|. */
 RT_API rt_status rt_image_compare(const rt_image *a, const rt_image *b, rt_image_difference *difference, rt_image **difference_map);
+/** Structural similarity (Wang, Bovik, Sheikh, Simoncelli 2004) of two images of one size: 1 when equal, less the less alike, never below -1. Of the luma
+ *  0.2126 R + 0.7152 G + 0.0722 B of sRGB-encoded values in 0 ... 1, with the paper's Gaussian window of 11 x 11 pixels (deviation 1.5), K1 0.01, K2 0.03, no
+ *  downsampling; the mean over all windows that lie inside, as in the authors' own program. In an image with a side below 11, and in the map, windows are
+ *  cut at the border and their weights made up. map: NULL or receives the local value of each pixel, in all three channels.
+ *  Errors ARGUMENT when the sizes differ, MEMORY. Threads any. */
+RT_API rt_status rt_image_ssim(const rt_image *a, const rt_image *b, double *ssim, rt_image **map);
 
 #ifdef __cplusplus
 }
