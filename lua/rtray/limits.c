@@ -209,7 +209,11 @@ static int set_phase(lua_State *L)
 /* limit_words(): "the time limit of 10s ran out in the script". */
 static int limit_words(lua_State *L)
 {
-    lua_pushfstring(L, "%s %s", watch.words, PHASES[watch.phase]);
+    char text[sizeof watch.words + 64];
+    pthread_mutex_lock(&watch.lock);
+    snprintf(text, sizeof text, "%s %s", watch.words, PHASES[watch.phase]);
+    pthread_mutex_unlock(&watch.lock);
+    lua_pushstring(L, text);
     return 1;
 }
 
