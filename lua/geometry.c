@@ -262,6 +262,16 @@ static int instance(lua_State *L)
     rt_instance_desc d = rt_instance_desc_default();
     d.child = rtl_check_scene(L, 4, NULL);
     rtl_field_floats(L, 2, "transform", d.transform.m, 12);
+    if (lua_getfield(L, 2, "motion") == LUA_TTABLE) { /* 12 numbers a place */
+        d.motion_count = (uint32_t)(lua_rawlen(L, -1) / 12);
+        rt_transform *places = lua_newuserdatauv(L, d.motion_count * sizeof *places, 0);
+        for (uint32_t i = 0; i < 12 * d.motion_count; i++) {
+            lua_rawgeti(L, -2, (lua_Integer)i + 1);
+            places[i / 12].m[i % 12] = (float)lua_tonumber(L, -1);
+            lua_pop(L, 1);
+        }
+        d.motion = places; /* stays on the stack */
+    }
     if (!lua_isnil(L, 3)) {
         d.material.id = rtl_check_u32(L, 3, "material");
     }

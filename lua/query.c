@@ -39,10 +39,17 @@ static void set_vec3(lua_State *L, const char *key, rt_vec3 value)
     lua_setfield(L, -2, key);
 }
 
-static void push_hit(lua_State *L, const rt_scene *scene, const rt_ray *ray, const rt_hit *hit)
+static float time_field(lua_State *L, int t)
+{
+    float time = 0.0f;
+    rtl_field_float(L, t, "time", &time);
+    return time;
+}
+
+static void push_hit(lua_State *L, const rt_scene *scene, const rt_ray *ray, float time, const rt_hit *hit)
 {
     rt_surface s;
-    rt_scene_surface(scene, ray, hit, &s);
+    rt_scene_surface_at(scene, ray, time, hit, &s);
     lua_createtable(L, 0, 16);
     set_number(L, "t", hit->t);
     set_number(L, "u", hit->u);
@@ -67,12 +74,13 @@ static int intersect(lua_State *L)
 {
     rt_scene *scene = rtl_check_scene(L, 1, NULL);
     rt_ray ray = ray_fields(L, 2);
+    float time = time_field(L, 2);
     rt_hit hit;
-    rt_scene_intersect(scene, &ray, &hit, 1);
+    rt_scene_intersect_at(scene, &ray, &time, &hit, 1);
     if (hit.prim_id == RT_INVALID_ID) {
         return 0;
     }
-    push_hit(L, scene, &ray, &hit);
+    push_hit(L, scene, &ray, time, &hit);
     return 1;
 }
 
@@ -87,10 +95,11 @@ static int intersect_all(lua_State *L)
         return rtl_raise(L, "intersect_all gives 1 to %d hits; %I were asked for", MOST, (LUAI_UACINT)capacity);
     }
     rt_hit hits[MOST];
-    size_t count = rt_scene_intersect_all(scene, &ray, hits, (size_t)capacity);
+    float time = time_field(L, 2);
+    size_t count = rt_scene_intersect_all_at(scene, &ray, time, hits, (size_t)capacity);
     lua_createtable(L, (int)count, 0);
     for (size_t i = 0; i < count; i++) {
-        push_hit(L, scene, &ray, &hits[i]);
+        push_hit(L, scene, &ray, time, &hits[i]);
         lua_rawseti(L, -2, (lua_Integer)i + 1);
     }
     return 1;
@@ -100,8 +109,9 @@ static int occluded(lua_State *L)
 {
     rt_scene *scene = rtl_check_scene(L, 1, NULL);
     rt_ray ray = ray_fields(L, 2);
+    float time = time_field(L, 2);
     uint8_t answer;
-    rt_scene_occluded(scene, &ray, &answer, 1);
+    rt_scene_occluded_at(scene, &ray, &time, &answer, 1);
     lua_pushboolean(L, answer);
     return 1;
 }
@@ -129,13 +139,28 @@ static size_t read_rays(const rtl_buffer *b, size_t first, rt_ray *rays)
     return count;
 }
 
-/* intersect_buffer(scene, rays) -> {t, u, v (f32), prim_id, geom_id, inst_id (u32; 0xffffffff is a miss)} */
+/* Times of the rays, one each; NULL: none were given. */
+static const float *check_times(lua_State *L, int arg, size_t count)
+{
+    const rtl_buffer *b = luaL_testudata(L, arg, RTL_BUFFER);
+    if (lua_isnoneornil(L, arg)) {
+        return NULL;
+    }
+    if (!b || b->type != RTL_F32 || b->count != count) {
+        rtl_raise(L, "times must be a buffer of type f32 with %I numbers, one a ray; got %s", (LUAI_UACINT)count,
+                  luaL_tolstring(L, arg, NULL));
+    }
+    return b->as.f32;
+}
+
+/* intersect_buffer(scene, rays, times | nil) -> {t, u, v (f32), prim_id, geom_id, inst_id (u32; 0xffffffff is a miss)} */
 static int intersect_buffer(lua_State *L)
 {
     static const char *const names[] = {"t", "u", "v", "prim_id", "geom_id", "inst_id"};
     rt_scene *scene = rtl_check_scene(L, 1, NULL);
     const rtl_buffer *rays = check_rays(L, 2);
     size_t count = rays->count / RAY_NUMBERS;
+    const float *times = check_times(L, 3, count);
     rtl_buffer *out[6];
     lua_createtable(L, 0, 6);
     for (int i = 0; i < 6; i++) {
@@ -146,7 +171,7 @@ static int intersect_buffer(lua_State *L)
     rt_hit hits[BATCH];
     for (size_t first = 0; first < count; first += BATCH) {
         size_t n = read_rays(rays, first, batch);
-        rt_scene_intersect(scene, batch, hits, n);
+        rt_scene_intersect_at(scene, batch, times ? times + first : NULL, hits, n);
         for (size_t i = 0; i < n; i++) {
             out[0]->as.f32[first + i] = hits[i].t;
             out[1]->as.f32[first + i] = hits[i].u;
@@ -159,17 +184,18 @@ static int intersect_buffer(lua_State *L)
     return 1;
 }
 
-/* occluded_buffer(scene, rays) -> buffer of u8, 1 or 0 */
+/* occluded_buffer(scene, rays, times | nil) -> buffer of u8, 1 or 0 */
 static int occluded_buffer(lua_State *L)
 {
     rt_scene *scene = rtl_check_scene(L, 1, NULL);
     const rtl_buffer *rays = check_rays(L, 2);
     size_t count = rays->count / RAY_NUMBERS;
+    const float *times = check_times(L, 3, count);
     rtl_buffer *out = rtl_buffer_new(L, RTL_U8, count);
     rt_ray batch[BATCH];
     for (size_t first = 0; first < count; first += BATCH) {
         size_t n = read_rays(rays, first, batch);
-        rt_scene_occluded(scene, batch, out->as.u8 + first, n);
+        rt_scene_occluded_at(scene, batch, times ? times + first : NULL, out->as.u8 + first, n);
     }
     return 1;
 }

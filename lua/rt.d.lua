@@ -267,6 +267,7 @@ function Scene:explain(x, y, options) end
 ---@field tmin? number in units of dir
 ---@field tmax? number
 ---@field mask? integer
+---@field time? number 0 to 1, for what moves (0)
 
 ---@class rt.hit
 ---@field t number in units of dir
@@ -290,8 +291,9 @@ function Scene:explain(x, y, options) end
 
 ---The closest hit, nil on a miss. A buffer of rays (f32; org x y z, tmin, dir x y z, tmax) gives buffers t, u, v, prim_id, geom_id, inst_id.
 ---@param ray rt.ray|rt.buffer
+---@param times? rt.buffer f32, the time of each ray of a buffer
 ---@return rt.hit|table<string, rt.buffer>|nil
-function Scene:intersect(ray) end
+function Scene:intersect(ray, times) end
 
 ---All hits along a ray in their order.
 ---@param ray rt.ray
@@ -301,8 +303,9 @@ function Scene:intersect_all(ray, most) end
 
 ---Is anything in the way? A buffer of rays gives a buffer of u8.
 ---@param ray rt.ray|rt.buffer
+---@param times? rt.buffer
 ---@return boolean|rt.buffer
-function Scene:occluded(ray) end
+function Scene:occluded(ray, times) end
 
 ---Counts, bytes, and statistics of each tree in `trees`.
 ---@return table
@@ -593,7 +596,8 @@ function rt.group(desc) end
 
 ---@class rt.instance
 ---@class rt.instance_desc
----@field transform? rt.transform|number[]
+---@field transform? rt.transform|number[] at time 0
+---@field motion? rt.transform|number[]|rt.transform[] where it stands at time 1, or at evenly spaced times up to 1
 ---@field material? rt.material for all of it, instead of its own
 ---@field mask? integer
 ---@field user_id? integer
@@ -604,6 +608,13 @@ function rt.group(desc) end
 ---@param desc rt.instance_desc
 ---@return rt.instance
 function rt.instance(desc) end
+
+---The first scene, in which what the second has elsewhere is on its way there while the shutter is open: objects that are the same by identity,
+---else by name, and the camera. What has no partner stands still, and so do lights.
+---@param open rt.scene
+---@param close rt.scene
+---@return rt.scene
+function rt.motion(open, close) end
 
 -- ---- values ----
 

@@ -179,6 +179,16 @@ static int info(lua_State *L)
     set_integer(L, "built_trees", i.built_trees);
     set_integer(L, "built_top_trees", i.built_top_trees);
     set_integer(L, "kept_trees", i.kept_trees);
+    rt_motion_info m;
+    rtl_check(L, c, rt_scene_get_motion_info(scene, &m));
+    set_integer(L, "moving_instances", m.moving_instances);
+    set_integer(L, "motion_places", m.places);
+    lua_pushboolean(L, m.camera_moves);
+    lua_setfield(L, -2, "camera_moves");
+    lua_pushnumber(L, (lua_Number)m.shutter_open);
+    lua_setfield(L, -2, "shutter_open");
+    lua_pushnumber(L, (lua_Number)m.shutter_close);
+    lua_setfield(L, -2, "shutter_close");
     lua_createtable(L, (int)i.tree_count, 0);
     for (uint32_t k = 0; k < i.tree_count; k++) {
         uint32_t group;

@@ -7,6 +7,7 @@
 #define RTK_QUERY_H
 
 #include "alpha.h"
+#include "motion.h"
 #include "shapes.h"
 #include "triangle.h"
 
@@ -17,6 +18,7 @@
 typedef struct rtk_query {
     const rtk_scene *scene;
     rtk_ray ray; /* world space, as given */
+    float time;  /* of the ray, 0 to 1 */
     rtk_hit best;
     rtk_hit after; /* MODE_AFTER */
     /* Where the walk is. */
@@ -33,6 +35,7 @@ RTK_FN void rtk_query_init(rtk_query *q, const rtk_scene *scene, rtk_ray ray)
 {
     q->scene = scene;
     q->ray = ray;
+    q->time = 0.0f;
     q->best = rtk_hit_none(ray.tmax);
     q->after = rtk_hit_none(-RTK_INF);
     q->group = scene->groups;
@@ -124,10 +127,8 @@ RTK_FN void rtk_query_finish(rtk_query *q)
     rtk_ray ray = q->ray;
     if (h->prim == RTK_INVALID || group->geoms[h->geom].type != RTK_GEOM_SHAPES)
         return;
-    if (placed) {
-        ray.org = rtk_xfm_point(inst->to_object, ray.org);
-        ray.dir = rtk_xfm_dir(inst->to_object, ray.dir);
-    }
+    if (placed)
+        rtk_instance_ray(q->scene->motions, inst, q->time, &ray.org, &ray.dir);
     rtk_shape_uv(&group->shapes[group->geoms[h->geom].first + h->prim], rtk_madd(ray.org, h->t, ray.dir), &h->u, &h->v);
 }
 

@@ -40,8 +40,8 @@ RTK_FN int RTK_NAME(instance)(rtk_query *q, rtk_u32 index, rtk_vec3 org, float o
     q->outer = outer;
     if (q->mask == 0u)
         return 0;
-    ray.org = rtk_xfm_point(inst->to_object, org);
-    ray.dir = rtk_xfm_dir(inst->to_object, ray.dir);
+    ray.org = org;
+    rtk_instance_ray(q->scene->motions, inst, q->time, &ray.org, &ray.dir);
     if (outer != 0.0f) {
         ray.tmin = -RTK_INF;
         ray.tmax = RTK_INF;

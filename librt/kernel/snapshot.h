@@ -133,25 +133,38 @@ typedef struct rtk_tree {
 /* ---- top level -------------------------------------------------------------------------------------------------------- */
 
 #define RTK_INST_UNBOUNDED 1u /* its group has planes: not in the top tree, tested by every ray */
+#define RTK_INST_MOVING 2u    /* motion_count segments from motion_first on, evenly spaced over the times 0 to 1 (motion.h) */
+
+/* From key to key of an instance's way: T(u) = t0 + u dt; R(u) turns by the quaternion cos(u angle) q0 + sin(u angle) q1, q0 and q1
+ * unit and orthogonal; S(u) = s0 + u ds, symmetric (xx xy xz yy yz zz) and definite. */
+#define RTK_MOTION_RIGID 1u /* ds is zero, and inv the inverse of s0 */
+typedef struct rtk_motion {
+    float t0[3], dt[3];
+    float q0[4], q1[4], angle;
+    float s0[6], ds[6], inv[6];
+    float size, condition; /* bounds over all of the instance's segments: of the norm of S, and of that times its inverse's */
+    rtk_u32 flags;
+} rtk_motion;
 
 typedef struct rtk_instance {
     rtk_xfm to_world, to_object;
-    float lo[3], hi[3]; /* world bounds, grown (with the rounding of the transform) */
+    float lo[3], hi[3]; /* world bounds, of all times, grown (with the rounding of the transform) */
     rtk_u32 group;
     rtk_u32 id;   /* inst id of hits: position in description order, and in this array: a removed or empty one keeps its
                      place with mask 0 and lo > hi, in no tree and no list */
     rtk_u32 mask; /* and-ed with the geometry's */
     rtk_u32 material; /* RTK_INVALID: each geometry's own */
     rtk_u32 user_id, flags;
-    rtk_u32 pad[4];
+    rtk_u32 motion_first, motion_count; /* MOVING: the maps above are those of time 0 */
+    rtk_u32 pad[2];
 } rtk_instance;
 
 typedef struct rtk_top_header {
     float lo[3], hi[3]; /* of the bounded instances, grown */
     float scale;
     rtk_u32 instance_count, unbounded_count;
-    rtk_u32 pad;
-    rtk_u64 off_instances, off_unbounded; /* unbounded: u32 indices of instances */
+    rtk_u32 motion_count;
+    rtk_u64 off_instances, off_unbounded, off_motions; /* unbounded: u32 indices of instances */
 } rtk_top_header;
 
 /* ---- materials, textures, lights, world -------------------------------------------------------------------------------- */
@@ -282,6 +295,7 @@ typedef struct rtk_scene {
     rtk_u32 instance_count, unbounded_count;
     RT_GLOBAL const rtk_instance *instances;
     RT_GLOBAL const rtk_u32 *unbounded;
+    RT_GLOBAL const rtk_motion *motions;
     rtk_vec3 top_lo, top_hi;
     float top_scale;
     rtk_tree top_all, top_kdtree, top_octree; /* top_all: no tree, no list */
@@ -294,5 +308,6 @@ typedef struct rtk_scene {
 } rtk_scene;
 #define RTK_SCENE_TRANSPARENT 1u /* some material lets shadow rays through */
 #define RTK_SCENE_ALPHA 2u
+#define RTK_SCENE_MOVING 4u /* some instance moves: rays have times */
 
 #endif

@@ -9,6 +9,7 @@
 #ifndef RTK_SURFACE_H
 #define RTK_SURFACE_H
 
+#include "motion.h"
 #include "shape_surface.h"
 #include "snapshot.h"
 #include "triangle.h"
@@ -173,9 +174,8 @@ RTK_FN rtk_vec3 rtk_xfm_size(rtk_xfm a, rtk_vec3 x, float translation)
 
 /* From the child's space to the world. The bound: the object bound mapped; the rounding of M p (4 u of |M| |p| + |m|); and the
  * rounding a ray from p suffers on its way into the object, 5 u (|W| |p| + |w|) there, mapped back. */
-RTK_FN void rtk_surface_place(RT_GLOBAL const rtk_instance *inst, rtk_surface *s)
+RTK_FN void rtk_surface_place(RT_GLOBAL const rtk_instance *inst, rtk_xfm m, rtk_xfm w, rtk_surface *s)
 {
-    rtk_xfm m = inst->to_world, w = inst->to_object;
     rtk_vec3 x, y, e = rtk_xfm_size(m, rtk_v3(s->error, s->error, s->error), 0.0f), forth = rtk_xfm_size(m, s->p, 1.0f), back;
     float area;
     rtk_basis(s->ng, &x, &y);
@@ -192,8 +192,19 @@ RTK_FN void rtk_surface_place(RT_GLOBAL const rtk_instance *inst, rtk_surface *s
         s->material = inst->material;
 }
 
-/* hit: one that a tracer gave for this ray (not a miss). */
-RTK_FN rtk_surface rtk_surface_at(RT_GLOBAL const rtk_scene *scene, rtk_ray ray, rtk_hit hit)
+/* As a MOVING instance stands at the time. Its two maps are each rounded, so the bound grows by what they miss each other
+ * (scene/motion.c). */
+RTK_COLD void rtk_surface_place_moving(RT_GLOBAL const rtk_motion *motions, RT_GLOBAL const rtk_instance *inst, float time,
+                                       rtk_surface *s)
+{
+    rtk_pose pose = rtk_pose_at(motions, inst, time);
+    float more = 5.9604645e-08f * pose.segment->condition * (24.0f * pose.segment->size * rtk_len(s->p) + 8.0f * rtk_len(pose.t));
+    rtk_surface_place(inst, rtk_pose_to_world(pose), rtk_pose_to_object(pose), s);
+    s->error += more;
+}
+
+/* hit: one that a tracer gave for this ray (not a miss), at its time. */
+RTK_FN rtk_surface rtk_surface_at(RT_GLOBAL const rtk_scene *scene, rtk_ray ray, rtk_hit hit, float time)
 {
     rtk_u32 placed = hit.inst != RTK_INVALID;
     RT_GLOBAL const rtk_instance *inst = placed ? &scene->instances[hit.inst] : scene->instances;
@@ -208,10 +219,8 @@ RTK_FN rtk_surface rtk_surface_at(RT_GLOBAL const rtk_scene *scene, rtk_ray ray,
     s.material = geom->flags & RTK_GEOM_FACE_MATERIALS
                      ? geom->material_base + rtk_attribute_u32(group->attributes, geom->off_materials, hit.prim)
                      : geom->material;
-    if (placed) {
-        ray.org = rtk_xfm_point(inst->to_object, ray.org);
-        ray.dir = rtk_xfm_dir(inst->to_object, ray.dir);
-    }
+    if (placed)
+        rtk_instance_ray(scene->motions, inst, time, &ray.org, &ray.dir);
     if (geom->type == RTK_GEOM_MESH)
         rtk_surface_mesh(group, geom, hit, &s);
     else if (geom->type == RTK_GEOM_SHAPES)
@@ -223,8 +232,10 @@ RTK_FN rtk_surface rtk_surface_at(RT_GLOBAL const rtk_scene *scene, rtk_ray ray,
     s.u = geom->uv_xfm[0] * u + geom->uv_xfm[1] * v + geom->uv_xfm[2];
     s.v = geom->uv_xfm[3] * u + geom->uv_xfm[4] * v + geom->uv_xfm[5];
     s.uv_scale *= rtk_sqrt(rtk_fabs(geom->uv_xfm[0] * geom->uv_xfm[4] - geom->uv_xfm[1] * geom->uv_xfm[3]));
-    if (placed)
-        rtk_surface_place(inst, &s);
+    if (placed && inst->flags & RTK_INST_MOVING)
+        rtk_surface_place_moving(scene->motions, inst, time, &s);
+    else if (placed)
+        rtk_surface_place(inst, inst->to_world, inst->to_object, &s);
     return s;
 }
 

@@ -59,7 +59,8 @@ void rti_lit_add(rti_worker *worker, uint32_t ray, const rtk_surface *s, rtk_vec
 
 /* Sends what light `index` brings to l along `toward`; scale: 1 / (samples * probability), diffuse: weight of the Lambert part.
  */
-static void send(rti_worker *w, uint32_t index, const lit *l, rtk_light_sample toward, float scale, float diffuse, uint32_t home)
+static void send(rti_worker *w, uint32_t index, const lit *l, rtk_light_sample toward, float scale, float diffuse, uint32_t home,
+                 float time)
 {
     const rti_frame *f = w->frame;
     const rtk_light *light = &f->scene->lights[index];
@@ -77,7 +78,7 @@ static void send(rti_worker *w, uint32_t index, const lit *l, rtk_light_sample t
         rti_add(w, home, c);
     else
         rti_shadow(w, index, rtk_madd(l->p, 2.0f * l->error, l->g), toward.dir,
-                   rtk_light_end(light, l->p, l->error, rtk_light_reach(light, l->p, toward)), c, home);
+                   rtk_light_end(light, l->p, l->error, rtk_light_reach(light, l->p, toward)), c, home, time);
 }
 
 /* Every lit point from one light. */
@@ -99,7 +100,8 @@ static void shine(rti_worker *w, uint32_t index)
             rtk_uv u = {0.0f, 0.0f};
             if (light->type == RTK_LIGHT_SPHERE)
                 u = rtk_random2(seed, state.sample * n + j, RTK_DIM_LIGHT_U);
-            send(w, index, &l, rtk_light_toward(light, l.p, u.x, u.y), 1.0f / (float)n, 1.0f, state.home);
+            send(w, index, &l, rtk_light_toward(light, l.p, u.x, u.y), 1.0f / (float)n, 1.0f, state.home,
+                 rti_batch_time(w, b->ray[i % RTK_BLOCK]));
         }
     }
     if (w->shadows.count >= w->shadows.capacity / FLUSH_PART)
@@ -138,7 +140,8 @@ void rti_light_one(rti_worker *worker)
         rtk_light_sample toward = rtk_light_toward(light, l.p, u.x, u.y);
         float weight = asking_weight(light, &toward, rtk_dot3(l.n, toward.dir), b->diffuse_pdf[i % RTK_BLOCK]);
         if (light->select_pdf > 0.0f)
-            send(worker, index, &l, toward, 1.0f / light->select_pdf, weight, state.home);
+            send(worker, index, &l, toward, 1.0f / light->select_pdf, weight, state.home,
+                 rti_batch_time(worker, b->ray[i % RTK_BLOCK]));
     }
     worker->lit_count = 0;
 }
@@ -156,7 +159,7 @@ void rti_light_around(rti_worker *worker)
             rtk_vec3 dir = rtk_cosine_direction(l.n, rtk_random2(seed, state.sample * n + j, RTK_DIM_AO_U));
             if (rtk_dot3(dir, l.g) > 0.0f)
                 rti_shadow(worker, RTI_LIGHT_MIXED, rtk_madd(l.p, 2.0f * l.error, l.g), dir, f->ao_distance,
-                           rtk_scale(l.k, 1.0f / (float)n), state.home);
+                           rtk_scale(l.k, 1.0f / (float)n), state.home, rti_batch_time(worker, b->ray[i % RTK_BLOCK]));
         }
     }
     worker->lit_count = 0;

@@ -362,9 +362,11 @@ static void tell_pixel(const recorder *r, rt_explained_pixel *pixel)
 
 static rt_status tell(recorder *r, rt_explained_ray_fn fn, void *user, rt_explained_pixel *pixel)
 {
+    const rti_frame *f = &r->job->frame;
+    uint32_t index = f->set.desc.crop.y * f->set.desc.width + f->set.desc.crop.x;
     for (size_t i = 0; fn && i < r->count; i++) {
         rt_explained_ray *ray = &r->rays[i];
-        rti_snapshot_surface(r->job->snapshot, &ray->ray, &ray->hit, &ray->surface);
+        rti_snapshot_surface(r->job->snapshot, &ray->ray, rti_frame_time(f, index, ray->sample), &ray->hit, &ray->surface);
         if (fn(user, ray) != 0)
             return rti_fail(r->job->ctx, RT_ERROR_CANCELLED, "%s: the callback ended it", what);
     }

@@ -116,6 +116,7 @@ rt_status rti_frame_plan(rt_context *ctx, const char *what, rti_frame *frame, co
     per_hit = shadow_rays(frame);
     frame->lens = rtk_lens_make(&scene->world->camera, frame->set.desc.width, frame->set.desc.height);
     frame->lens_varies = frame->lens.radius > 0.0f || scene->world->camera.flags & RTK_CAMERA_MOVING;
+    frame->moving = scene->flags & RTK_SCENE_MOVING;
     frame->batch = BATCH_MAX;
     if (per_hit * BATCH_MAX > STEP_RAYS)
         frame->batch = (uint32_t)(STEP_RAYS / per_hit) / RTK_BLOCK * RTK_BLOCK;

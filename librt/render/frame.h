@@ -44,6 +44,7 @@ typedef struct rti_frame {
     const rtk_scene *scene;
     rtk_lens lens;    /* at time 0 */
     bool lens_varies; /* rays start on a lens, or the camera moves */
+    bool moving;      /* instances move: every ray has a time */
     uint32_t tile_columns, tile_count;
     uint32_t batch;      /* rays a worker traces at once, a multiple of RTK_BLOCK */
     uint32_t stack_rays; /* room for waiting rays: the bound proved in wavefront.h */

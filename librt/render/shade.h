@@ -30,7 +30,7 @@ static inline bool rti_point_at(rti_worker *w, uint32_t i, rti_point *p)
     }
     if (p->state.depth == 0)
         rti_cover(w, p->state.home);
-    p->s = rtk_surface_at(scene, p->ray, hit);
+    p->s = rtk_surface_at(scene, p->ray, hit, rti_batch_time(w, i));
     p->outside = rtk_face(&p->s, p->ray.dir);
     p->material = &scene->materials[p->s.material];
     p->footprint = p->state.width + p->state.spread * hit.t;

@@ -20,13 +20,13 @@ static void view(rti_worker *w, uint32_t first, uint32_t count, view_fn value)
 
 static rtk_vec3 normal_of(const rti_worker *worker, uint32_t i, rtk_hit hit)
 {
-    rtk_surface s = rtk_surface_at(worker->frame->scene, rti_batch_ray(worker, i), hit);
+    rtk_surface s = rtk_surface_at(worker->frame->scene, rti_batch_ray(worker, i), hit, rti_batch_time(worker, i));
     return rtk_v3(0.5f + 0.5f * s.ns.x, 0.5f + 0.5f * s.ns.y, 0.5f + 0.5f * s.ns.z);
 }
 
 static rtk_vec3 uv_of(const rti_worker *worker, uint32_t i, rtk_hit hit)
 {
-    rtk_surface s = rtk_surface_at(worker->frame->scene, rti_batch_ray(worker, i), hit);
+    rtk_surface s = rtk_surface_at(worker->frame->scene, rti_batch_ray(worker, i), hit, rti_batch_time(worker, i));
     return rtk_v3(s.u - rtk_floor(s.u), s.v - rtk_floor(s.v), 0.0f);
 }
 

@@ -4,7 +4,7 @@
 #include "../kernel/surface.h"
 #include "wavefront.h"
 
-void rti_shadow(rti_worker *worker, uint32_t light, rtk_vec3 org, rtk_vec3 dir, float tmax, rtk_vec3 c, uint32_t home)
+void rti_shadow(rti_worker *worker, uint32_t light, rtk_vec3 org, rtk_vec3 dir, float tmax, rtk_vec3 c, uint32_t home, float time)
 {
     rti_shadows *q = &worker->shadows;
     uint32_t i = q->count++, k = i % RTK_BLOCK;
@@ -23,6 +23,8 @@ void rti_shadow(rti_worker *worker, uint32_t light, rtk_vec3 org, rtk_vec3 dir, 
     p->g[k] = c.y;
     p->b[k] = c.z;
     p->home[k] = home;
+    if (worker->frame->moving)
+        q->times[i] = time;
     q->light = q->light == RTK_INVALID || q->light == light ? light : RTI_LIGHT_MIXED;
     if (q->count == q->capacity)
         rti_shadow_flush(worker);
@@ -38,6 +40,7 @@ static void flush_opaque(rti_worker *w, uint32_t flags)
 {
     const rti_frame *f = w->frame;
     rti_shadows *q = &w->shadows;
+    w->scratch.times = f->moving ? q->times : NULL;
     f->set.tracer->occluded(f->scene, q->trace, q->occluded, q->count, flags, &w->scratch);
     for (uint32_t i = 0; i < q->count; i++) {
         if (!(q->occluded[i / RTK_BLOCK] >> i % RTK_BLOCK & 1u))
@@ -58,7 +61,7 @@ static rtk_vec3 through(const rti_frame *f, const rti_shadows *q, uint32_t i, rt
     ray.tmin = t->tmin[k];
     ray.tmax = t->tmax[k];
     ray.mask = t->mask[k];
-    s = rtk_surface_at(f->scene, ray, rti_hit_at(q->hits, i));
+    s = rtk_surface_at(f->scene, ray, rti_hit_at(q->hits, i), f->moving ? q->times[i] : 0.0f);
     m = &f->scene->materials[s.material];
     if (!(m->flags & RTK_MAT_TRANSPARENT) || (m->flags & RTK_MAT_OPAQUE_SHADOW))
         return rtk_v3(0.0f, 0.0f, 0.0f);
@@ -66,7 +69,7 @@ static rtk_vec3 through(const rti_frame *f, const rti_shadows *q, uint32_t i, rt
 }
 
 /* Ray `from` becomes ray `to`, with its last hit and what is left of its light. */
-static void keep(rti_shadows *q, uint32_t from, uint32_t to, rtk_vec3 c)
+static void keep(const rti_frame *f, rti_shadows *q, uint32_t from, uint32_t to, rtk_vec3 c)
 {
     const rtk_trace_block *a = &q->trace[from / RTK_BLOCK];
     rtk_trace_block *b = &q->trace[to / RTK_BLOCK];
@@ -90,6 +93,8 @@ static void keep(rti_shadows *q, uint32_t from, uint32_t to, rtk_vec3 c)
     hb->geom[k] = ha->geom[i];
     hb->inst[k] = ha->inst[i];
     p->home[k] = q->pending[from / RTK_BLOCK].home[i];
+    if (f->moving)
+        q->times[to] = q->times[from];
     p->r[k] = c.x;
     p->g[k] = c.y;
     p->b[k] = c.z;
@@ -104,6 +109,7 @@ static void flush_tinted(rti_worker *w, uint32_t flags)
     float nothing = 0.5f / f->film_scale;
     while (q->count > 0 && !rti_cancelled(f->cancel)) {
         uint32_t left = 0;
+        w->scratch.times = f->moving ? q->times : NULL;
         f->set.tracer->intersect(f->scene, q->trace, q->hits, q->count, flags, &w->scratch);
         for (uint32_t i = 0; i < q->count; i++) {
             rtk_vec3 c = pending(q, i);
@@ -113,7 +119,7 @@ static void flush_tinted(rti_worker *w, uint32_t flags)
             }
             c = through(f, q, i, c);
             if (!(rtk_maxabs(c) <= nothing))
-                keep(q, i, left++, c);
+                keep(f, q, i, left++, c);
         }
         q->count = left;
         flags |= RTI_TRACE_AFTER;

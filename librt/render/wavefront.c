@@ -41,7 +41,9 @@ static size_t place(rti_worker *w, const rti_frame *f, unsigned char *memory)
     w->shadows.pending = take(&l, shadow_blocks, sizeof *w->shadows.pending);
     w->shadows.hits = take(&l, shadow_blocks, sizeof *w->shadows.hits);
     w->shadows.occluded = take(&l, shadow_blocks, sizeof *w->shadows.occluded);
+    w->shadows.times = take(&l, f->moving ? f->shadow_rays : 0, sizeof *w->shadows.times);
     w->shadows.capacity = f->shadow_rays;
+    w->times = take(&l, f->moving ? f->batch : 0, sizeof *w->times);
     w->steps = take(&l, f->set.integrator->flags & RTI_INTEGRATOR_STEPS ? f->batch : 0, sizeof *w->steps);
     w->slots = take(&l, f->slot_count, sizeof *w->slots);
     w->film = take(&l, (size_t)f->slot_count << f->slot_shift, RTK_FILM_CHANNELS * sizeof *w->film);
@@ -174,6 +176,11 @@ static void trace(rti_worker *w, uint32_t first, uint32_t count, uint32_t flags)
     if (count == 0)
         return;
     w->scratch.steps = NULL;
+    w->scratch.times = f->moving ? w->times + first : NULL;
+    for (uint32_t i = first; f->moving && i < first + count; i++) {
+        const rtk_path_block *p = &w->batch.path[i / RTK_BLOCK];
+        w->times[i] = rti_frame_time(f, p->pixel[i % RTK_BLOCK], p->sample[i % RTK_BLOCK]);
+    }
     if (f->set.integrator->flags & RTI_INTEGRATOR_STEPS) {
         flags |= RTI_TRACE_STEPS;
         w->scratch.steps = w->steps + first;

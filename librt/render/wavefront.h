@@ -41,6 +41,7 @@ typedef struct rti_shadows {
     rti_pending_block *pending;
     rtk_hit_block *hits; /* of tinted shadows */
     uint16_t *occluded;
+    float *times; /* in scenes with motion */
     uint32_t count, capacity;
     uint32_t light; /* the light all of them go to, RTK_INVALID (none yet) or RTI_LIGHT_MIXED */
 } rti_shadows;
@@ -75,6 +76,7 @@ typedef struct rti_worker {
     const rti_frame *frame;
     rti_rays stack, batch;
     rtk_hit_block *hits;
+    float *times; /* of the batch's rays, in scenes with motion: made from (pixel, sample) for each batch anew */
     rti_steps *steps;
     rti_shadows shadows;
     rti_lit_block *lit;
@@ -160,6 +162,12 @@ static inline rti_ray_state rti_batch_state(const rti_worker *w, uint32_t i)
     return s;
 }
 
+/* Time of ray i of the batch. */
+static inline float rti_batch_time(const rti_worker *w, uint32_t i)
+{
+    return w->frame->moving ? w->times[i] : 0.0f;
+}
+
 /* Adds light to the film. */
 static inline void rti_add(rti_worker *w, uint32_t home, rtk_vec3 c)
 {
@@ -183,7 +191,7 @@ void rti_push(rti_worker *worker, rtk_vec3 org, rtk_vec3 dir, uint32_t mask, con
 
 /* shadow.c. Queues a ray that brings c to the film unless something is between tmin = 0 and tmax; flushes when full. light:
  * index, to know which rays go to one point. */
-void rti_shadow(rti_worker *worker, uint32_t light, rtk_vec3 org, rtk_vec3 dir, float tmax, rtk_vec3 c, uint32_t home);
+void rti_shadow(rti_worker *worker, uint32_t light, rtk_vec3 org, rtk_vec3 dir, float tmax, rtk_vec3 c, uint32_t home, float time);
 void rti_shadow_flush(rti_worker *worker);
 
 #endif

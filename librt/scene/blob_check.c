@@ -124,7 +124,7 @@ static const char *check_world(const rti_snapshot *s)
 
 static bool empty_place(const rtk_instance *inst)
 {
-    return inst->mask == 0 && inst->group == 0 && inst->flags == 0 && !(inst->lo[0] <= inst->hi[0]);
+    return inst->mask == 0 && inst->group == 0 && inst->flags == 0 && inst->motion_count == 0 && !(inst->lo[0] <= inst->hi[0]);
 }
 
 static bool sound_box(const rtk_instance *inst, const rtk_top_header *head)
@@ -151,8 +151,12 @@ static const char *check_instance(const rti_snapshot *s, const rtk_top_header *h
         return "an instance's transform and its inverse do not belong together";
     if (inst->material != RTK_INVALID && inst->material >= materials)
         return "an instance names a material that is not there";
-    if (inst->group == 0 || inst->group >= s->group_count || (inst->flags & ~RTK_INST_UNBOUNDED))
+    if (inst->group == 0 || inst->group >= s->group_count || (inst->flags & ~(RTK_INST_UNBOUNDED | RTK_INST_MOVING)))
         return "an instance names a group that is not there";
+    if (((inst->flags & RTK_INST_MOVING) != 0) != (inst->motion_count > 0) || inst->motion_count > RTI_MOTION_MAX ||
+        inst->motion_first > head->motion_count || inst->motion_count > head->motion_count - inst->motion_first ||
+        !rti_motion_sound((const rtk_motion *)rti_chunk_at(s->top, head->off_motions) + inst->motion_first, inst->motion_count))
+        return "an instance's way is none";
     group = s->groups[inst->group].group->data;
     if ((group->plane_count > 0) != ((inst->flags & RTK_INST_UNBOUNDED) != 0))
         return "an instance is marked wrongly as bounded or not";
@@ -184,7 +188,8 @@ static const char *check_top(const rti_snapshot *s)
     const char *what;
     if (head->instance_count > RTI_MAX_PRIMS || head->unbounded_count > head->instance_count ||
         !rti_blob_span(s->top, sizeof *head, head->off_instances, head->instance_count, sizeof *inst) ||
-        !rti_blob_span(s->top, sizeof *head, head->off_unbounded, head->unbounded_count, sizeof(uint32_t)))
+        !rti_blob_span(s->top, sizeof *head, head->off_unbounded, head->unbounded_count, sizeof(uint32_t)) ||
+        !rti_blob_span(s->top, sizeof *head, head->off_motions, head->motion_count, sizeof(rtk_motion)))
         return "the table of instances does not fit its chunk";
     inst = rti_chunk_at(s->top, head->off_instances);
     if (!rti_blob_finite(head->lo, 6, 3.4028235e38f) || !(head->scale >= 1.0e-30f && head->scale <= FLOAT_MOST))

@@ -76,6 +76,14 @@ static void scene_bounds(const rt_scene *scene, float lo[3], float hi[3])
         rti_xfm_bounds(&inst->to_world, clo, chi, wlo, whi);
         include(lo, hi, wlo);
         include(lo, hi, whi);
+        for (uint32_t k = 0; k < inst->motion_count; k++) { /* from place to place */
+            rtk_xfm keys[2] = {k == 0 ? inst->to_world : inst->motion[k - 1], inst->motion[k]};
+            rtk_motion segment;
+            rti_motion_make(keys, 1, &segment);
+            rti_motion_bounds(&segment, 1, clo, chi, wlo, whi);
+            include(lo, hi, wlo);
+            include(lo, hi, whi);
+        }
     }
 }
 

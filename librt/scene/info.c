@@ -72,6 +72,30 @@ rt_status rt_scene_get_info(const rt_scene *scene, rt_scene_info *info)
     return RT_OK;
 }
 
+rt_status rt_scene_get_motion_info(const rt_scene *scene, rt_motion_info *info)
+{
+    static const char call[] = "rt_scene_get_motion_info";
+    const rtk_camera *camera;
+    rti_snapshot *s;
+    if (!info)
+        return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: info is NULL; give the place for it", call);
+    s = committed(scene, call);
+    if (!s)
+        return RT_ERROR_STATE;
+    memset(info, 0, sizeof *info);
+    for (uint32_t i = 0; i < s->view.instance_count; i++) {
+        const rtk_instance *inst = &s->view.instances[i];
+        info->moving_instances += (inst->flags & RTK_INST_MOVING) != 0;
+        info->places += inst->flags & RTK_INST_MOVING ? inst->motion_count + 1 : 0;
+    }
+    camera = &s->view.world->camera;
+    info->camera_moves = (camera->flags & RTK_CAMERA_MOVING) != 0;
+    info->shutter_open = camera->open;
+    info->shutter_close = camera->close;
+    rti_snapshot_release(s);
+    return RT_OK;
+}
+
 typedef struct find_tree {
     const rti_chunk *chunk;
     uint32_t left, group;

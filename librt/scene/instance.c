@@ -23,20 +23,69 @@ static size_t alive_instances(const rt_scene *scene)
     return n;
 }
 
-static rt_status check_transform(rt_context *ctx, const char *call, const rt_transform *t)
+static rt_status check_transform(rt_context *ctx, const char *call, const char *field, const rt_transform *t)
 {
     rtk_xfm m, w;
-    rt_status status = rti_check_floats(ctx, call, "transform", t->m, 12, 1, RTI_COORD_MAX);
+    rt_status status = rti_check_floats(ctx, call, field, t->m, 12, 1, RTI_COORD_MAX);
     if (status != RT_OK)
         return status;
     memcpy(m.m, t->m, sizeof m.m);
     if (!rti_xfm_invert(&m, &w))
         return rti_fail(
             ctx, RT_ERROR_ARGUMENT,
-            "%s: transform has no inverse (or one that floats cannot hold): it flattens space; scale every axis by more than "
+            "%s: %s has no inverse (or one that floats cannot hold): it flattens space; scale every axis by more than "
             "nothing",
-            call);
+            call, field);
     return RT_OK;
+}
+
+/* The places behind `first`, checked and copied; *out NULL when all of them are where the first is. */
+static rt_status take_motion(rt_context *ctx, const char *call, const rtk_xfm *first, const rt_transform *motion, uint32_t count,
+                             rtk_xfm **out)
+{
+    bool moves = false;
+    rtk_xfm *keys;
+    rtk_motion *segments;
+    const char *fault;
+    rt_status status = RT_OK;
+    *out = NULL;
+    if (count > RTI_MOTION_MAX)
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: motion_count is %u; it must be at most %u", call, count, RTI_MOTION_MAX);
+    if (count > 0 && !motion)
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: motion is NULL, motion_count %u; give as many places", call, count);
+    for (uint32_t i = 0; i < count && status == RT_OK; i++) {
+        status = check_transform(ctx, call, "motion", &motion[i]);
+        moves = moves || memcmp(motion[i].m, first->m, sizeof first->m) != 0;
+    }
+    if (status != RT_OK || !moves)
+        return status;
+    keys = rti_alloc_array(ctx, count + 1, sizeof *keys);
+    segments = rti_alloc_array(ctx, count, sizeof *segments);
+    *out = rti_alloc_array(ctx, count, sizeof **out);
+    if (keys && segments && *out) {
+        keys[0] = *first;
+        memcpy(keys + 1, motion, count * sizeof *keys);
+        memcpy(*out, motion, count * sizeof **out);
+        fault = rti_motion_make(keys, count, segments);
+        if (fault)
+            status = rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: the places of motion %s; no time may flatten the body", call, fault);
+    } else {
+        status = rti_fail_memory(ctx, call, (count + 1) * sizeof *keys);
+    }
+    rti_free(ctx, keys, (count + 1) * sizeof *keys);
+    rti_free(ctx, segments, count * sizeof *segments);
+    if (status != RT_OK) {
+        rti_free(ctx, *out, count * sizeof **out);
+        *out = NULL;
+    }
+    return status;
+}
+
+static void put_motion(rt_context *ctx, rti_inst *inst, rtk_xfm *motion, uint32_t count)
+{
+    rti_free(ctx, inst->motion, inst->motion_count * sizeof *inst->motion);
+    inst->motion = motion;
+    inst->motion_count = motion ? count : 0;
 }
 
 static rt_status check(const rt_scene *scene, const char *call, const rt_instance_desc *d)
@@ -57,7 +106,7 @@ static rt_status check(const rt_scene *scene, const char *call, const rt_instanc
         if (status != RT_OK)
             return status;
     }
-    return check_transform(ctx, call, &d->transform);
+    return check_transform(ctx, call, "transform", &d->transform);
 }
 
 rt_status rt_scene_add_instance(rt_scene *scene, const rt_instance_desc *desc, rt_instance *instance)
@@ -65,6 +114,7 @@ rt_status rt_scene_add_instance(rt_scene *scene, const rt_instance_desc *desc, r
     static const char call[] = "rt_scene_add_instance";
     rt_instance_desc d = rt_instance_desc_default();
     rti_inst *slot = NULL;
+    rtk_xfm first, *motion = NULL;
     rt_status status = rti_scene_editable(scene, call);
     if (status == RT_OK)
         status = rti_desc_take(scene->ctx, call, desc, &d, sizeof d);
@@ -72,12 +122,19 @@ rt_status rt_scene_add_instance(rt_scene *scene, const rt_instance_desc *desc, r
         status = check(scene, call, &d);
     if (status != RT_OK)
         return status;
+    memcpy(first.m, d.transform.m, sizeof first.m);
+    status = take_motion(scene->ctx, call, &first, d.motion, d.motion_count, &motion);
+    if (status != RT_OK)
+        return status;
     slot = rti_array_push(scene->ctx, &scene->instances, sizeof *slot);
-    if (!slot)
+    if (!slot) {
+        rti_free(scene->ctx, motion, d.motion_count * sizeof *motion);
         return rti_array_refused(scene->ctx, call, &scene->instances, 1, sizeof *slot);
+    }
     rti_scene_retain(d.child);
     slot->child = d.child;
-    memcpy(slot->to_world.m, d.transform.m, sizeof slot->to_world.m);
+    slot->to_world = first;
+    put_motion(scene->ctx, slot, motion, d.motion_count);
     slot->material = d.material.id;
     slot->mask = d.mask;
     slot->user_id = d.user_id;
@@ -109,9 +166,24 @@ rt_status rt_scene_set_instance_transform(rt_scene *scene, rt_instance instance,
     if (!transform)
         return status == RT_OK ? rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: transform is NULL", call) : status;
     if (status == RT_OK)
-        status = check_transform(scene->ctx, call, transform);
-    if (status == RT_OK)
+        status = check_transform(scene->ctx, call, "transform", transform);
+    if (status == RT_OK) {
         memcpy(slot->to_world.m, transform->m, sizeof slot->to_world.m);
+        put_motion(scene->ctx, slot, NULL, 0);
+    }
+    return status;
+}
+
+rt_status rt_scene_set_instance_motion(rt_scene *scene, rt_instance instance, const rt_transform *motion, uint32_t count)
+{
+    static const char call[] = "rt_scene_set_instance_motion";
+    rti_inst *slot = NULL;
+    rtk_xfm *places = NULL;
+    rt_status status = find(scene, call, instance, &slot);
+    if (status == RT_OK)
+        status = take_motion(scene->ctx, call, &slot->to_world, motion, count, &places);
+    if (status == RT_OK)
+        put_motion(scene->ctx, slot, places, count);
     return status;
 }
 
@@ -123,5 +195,6 @@ rt_status rt_scene_remove_instance(rt_scene *scene, rt_instance instance)
         return status;
     rt_scene_destroy(slot->child);
     slot->child = NULL;
+    put_motion(scene->ctx, slot, NULL, 0);
     return RT_OK;
 }

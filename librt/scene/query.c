@@ -51,7 +51,7 @@ static void put_hit(rtk_hit_block *b, uint32_t k, const rt_hit *h)
     b->inst[k] = h->inst_id;
 }
 
-void rt_scene_intersect(const rt_scene *scene, const rt_ray *rays, rt_hit *hits, size_t count)
+void rt_scene_intersect_at(const rt_scene *scene, const rt_ray *rays, const float *times, rt_hit *hits, size_t count)
 {
     rti_snapshot *s = rti_scene_snapshot(scene);
     rti_fpenv env = rti_fp_enter();
@@ -60,6 +60,7 @@ void rt_scene_intersect(const rt_scene *scene, const rt_ray *rays, rt_hit *hits,
     for (size_t at = 0; s && at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
         rti_rays_gather(rays + at, n, b.rays);
+        scratch.times = times ? times + at : NULL;
         s->tracer->intersect(&s->view, b.rays, b.hits, n, 0, &scratch);
         for (uint32_t i = 0; i < n; i++)
             hits[at + i] = hit_at(&b.hits[i / RTK_BLOCK], i % RTK_BLOCK);
@@ -70,7 +71,12 @@ void rt_scene_intersect(const rt_scene *scene, const rt_ray *rays, rt_hit *hits,
     rti_snapshot_release(s);
 }
 
-void rt_scene_occluded(const rt_scene *scene, const rt_ray *rays, uint8_t *occluded, size_t count)
+void rt_scene_intersect(const rt_scene *scene, const rt_ray *rays, rt_hit *hits, size_t count)
+{
+    rt_scene_intersect_at(scene, rays, NULL, hits, count);
+}
+
+void rt_scene_occluded_at(const rt_scene *scene, const rt_ray *rays, const float *times, uint8_t *occluded, size_t count)
 {
     rti_snapshot *s = rti_scene_snapshot(scene);
     rti_fpenv env = rti_fp_enter();
@@ -81,6 +87,7 @@ void rt_scene_occluded(const rt_scene *scene, const rt_ray *rays, uint8_t *occlu
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
         if (s) {
             rti_rays_gather(rays + at, n, b.rays);
+            scratch.times = times ? times + at : NULL;
             s->tracer->occluded(&s->view, b.rays, bits, n, 0, &scratch);
         }
         for (uint32_t i = 0; i < n; i++)
@@ -90,11 +97,16 @@ void rt_scene_occluded(const rt_scene *scene, const rt_ray *rays, uint8_t *occlu
     rti_snapshot_release(s);
 }
 
-size_t rt_scene_intersect_all(const rt_scene *scene, const rt_ray *ray, rt_hit *hits, size_t capacity)
+void rt_scene_occluded(const rt_scene *scene, const rt_ray *rays, uint8_t *occluded, size_t count)
+{
+    rt_scene_occluded_at(scene, rays, NULL, occluded, count);
+}
+
+size_t rt_scene_intersect_all_at(const rt_scene *scene, const rt_ray *ray, float time, rt_hit *hits, size_t capacity)
 {
     rti_snapshot *s = rti_scene_snapshot(scene);
     rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = {.steps = NULL};
+    rti_scratch scratch = {.times = &time};
     rt_hit last = {ray->tmin, 0.0f, 0.0f, RT_INVALID_ID, RT_INVALID_ID, RT_INVALID_ID};
     size_t n = 0;
     blocks b;
@@ -110,6 +122,11 @@ size_t rt_scene_intersect_all(const rt_scene *scene, const rt_ray *ray, rt_hit *
     rti_fp_leave(env);
     rti_snapshot_release(s);
     return n;
+}
+
+size_t rt_scene_intersect_all(const rt_scene *scene, const rt_ray *ray, rt_hit *hits, size_t capacity)
+{
+    return rt_scene_intersect_all_at(scene, ray, 0.0f, hits, capacity);
 }
 
 /* ---- surface ---- */
@@ -151,7 +168,7 @@ static rt_vec3 surface_color(const rtk_scene *v, const rtk_surface *at)
     return (rt_vec3){m->color[0] * rgba[0] * at->tint.x, m->color[1] * rgba[1] * at->tint.y, m->color[2] * rgba[2] * at->tint.z};
 }
 
-void rti_snapshot_surface(const rti_snapshot *s, const rt_ray *ray, const rt_hit *hit, rt_surface *out)
+void rti_snapshot_surface(const rti_snapshot *s, const rt_ray *ray, float time, const rt_hit *hit, rt_surface *out)
 {
     rtk_ray r = {rti_vec(ray->org), rti_vec(ray->dir), ray->tmin, ray->tmax, ray->mask};
     rtk_hit h = {hit->t, hit->u, hit->v, hit->prim_id, hit->geom_id, hit->inst_id};
@@ -160,7 +177,7 @@ void rti_snapshot_surface(const rti_snapshot *s, const rt_ray *ray, const rt_hit
     out->material.id = RT_INVALID_ID;
     if (!hit_exists(&s->view, hit))
         return;
-    at = rtk_surface_at(&s->view, r, h);
+    at = rtk_surface_at(&s->view, r, h, time);
     out->position = public_vec(at.p);
     out->ng = public_vec(at.ng);
     out->ns = public_vec(at.ns);
@@ -175,14 +192,19 @@ void rti_snapshot_surface(const rti_snapshot *s, const rt_ray *ray, const rt_hit
     out->position_error = at.error;
 }
 
-void rt_scene_surface(const rt_scene *scene, const rt_ray *ray, const rt_hit *hit, rt_surface *surface)
+void rt_scene_surface_at(const rt_scene *scene, const rt_ray *ray, float time, const rt_hit *hit, rt_surface *surface)
 {
     rti_snapshot *s = rti_scene_snapshot(scene);
     rti_fpenv env = rti_fp_enter();
     memset(surface, 0, sizeof *surface);
     surface->material.id = RT_INVALID_ID;
     if (s)
-        rti_snapshot_surface(s, ray, hit, surface);
+        rti_snapshot_surface(s, ray, time, hit, surface);
     rti_fp_leave(env);
     rti_snapshot_release(s);
+}
+
+void rt_scene_surface(const rt_scene *scene, const rt_ray *ray, const rt_hit *hit, rt_surface *surface)
+{
+    rt_scene_surface_at(scene, ray, 0.0f, hit, surface);
 }

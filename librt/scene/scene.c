@@ -93,8 +93,11 @@ void rt_scene_destroy(rt_scene *scene)
         rti_mesh_free(ctx, RTI_AT(scene->geometries, rti_geometry, i)->mesh);
     for (size_t i = 0; i < scene->textures.count; i++)
         rti_chunk_release(RTI_AT(scene->textures, rti_texture, i)->chunk);
-    for (size_t i = 0; i < scene->instances.count; i++)
-        rt_scene_destroy(RTI_AT(scene->instances, rti_inst, i)->child); /* one level: a child has no instances */
+    for (size_t i = 0; i < scene->instances.count; i++) {
+        rti_inst *inst = RTI_AT(scene->instances, rti_inst, i);
+        rt_scene_destroy(inst->child); /* one level: a child has no instances */
+        rti_free(ctx, inst->motion, inst->motion_count * sizeof *inst->motion);
+    }
     array_free(ctx, &scene->materials, sizeof(rtk_material));
     array_free(ctx, &scene->textures, sizeof(rti_texture));
     array_free(ctx, &scene->geometries, sizeof(rti_geometry));

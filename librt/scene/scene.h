@@ -42,6 +42,8 @@ typedef struct rti_plane {
 typedef struct rti_inst {
     rt_scene *child; /* NULL: removed */
     rtk_xfm to_world;
+    rtk_xfm *motion;       /* [motion_count] places behind to_world, evenly spaced; NULL: stands still */
+    uint32_t motion_count;
     uint32_t material, mask, user_id;
     uint32_t group; /* in the snapshot that is being made */
 } rti_inst;
@@ -158,6 +160,17 @@ bool rti_xfm_invert(const rtk_xfm *a, rtk_xfm *out);
 /* Box around the image of [lo, hi], and by how much to grow it when hits reach out to coordinate `reach` (see transform.c). */
 void rti_xfm_bounds(const rtk_xfm *to_world, const float lo[3], const float hi[3], float out_lo[3], float out_hi[3]);
 void rti_xfm_growth(const rtk_xfm *to_world, const rtk_xfm *to_object, float reach, float out[3]);
+
+/* ---- the ways of moving instances (motion.c) ---- */
+/* Segments from keys [segments + 1]. NULL, or what is wrong: "the places ..." goes on with it. */
+const char *rti_motion_make(const rtk_xfm *keys, uint32_t segments, rtk_motion *out);
+/* May kernels use them? For those of a file. */
+bool rti_motion_sound(const rtk_motion *motion, uint32_t segments);
+/* As rti_xfm_bounds and rti_xfm_growth, over all times; [lo, hi] is the child's box for both. */
+void rti_motion_bounds(const rtk_motion *motion, uint32_t segments, const float lo[3], const float hi[3], float out_lo[3],
+                       float out_hi[3]);
+float rti_motion_growth(const rtk_motion *motion, uint32_t segments, const float lo[3], const float hi[3], float reach);
+#define RTI_MOTION_MAX 1024u /* segments of one instance */
 
 static inline rtk_vec3 rti_vec(rt_vec3 a)
 {

@@ -164,6 +164,7 @@ static void view_top(rti_snapshot *s)
     v->unbounded_count = top->unbounded_count;
     v->instances = rti_chunk_at(s->top, top->off_instances);
     v->unbounded = rti_chunk_at(s->top, top->off_unbounded);
+    v->motions = rti_chunk_at(s->top, top->off_motions);
     v->top_lo = vec(top->lo);
     v->top_hi = vec(top->hi);
     v->top_scale = top->scale;
@@ -178,6 +179,8 @@ static uint32_t scene_flags(const rtk_scene *v)
         uint32_t m = v->materials[i].flags;
         flags |= (m & RTK_MAT_TRANSPARENT) && !(m & RTK_MAT_OPAQUE_SHADOW) ? RTK_SCENE_TRANSPARENT : 0u;
     }
+    for (uint32_t i = 0; i < v->instance_count; i++)
+        flags |= v->instances[i].flags & RTK_INST_MOVING ? RTK_SCENE_MOVING : 0u;
     for (uint32_t k = 0; k < v->group_count; k++) {
         for (uint32_t i = 0; i < v->groups[k].geom_count; i++)
             flags |= v->groups[k].geoms[i].flags & RTK_GEOM_ALPHA ? RTK_SCENE_ALPHA : 0u;

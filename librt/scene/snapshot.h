@@ -25,7 +25,7 @@ uint64_t rti_snapshot_bytes(const rti_snapshot *snapshot);
 void rti_snapshot_bounds(const rti_snapshot *snapshot, rtk_vec3 *lo, rtk_vec3 *hi);
 
 /* rt_scene_surface, of this snapshot. */
-void rti_snapshot_surface(const rti_snapshot *snapshot, const rt_ray *ray, const rt_hit *hit, rt_surface *out);
+void rti_snapshot_surface(const rti_snapshot *snapshot, const rt_ray *ray, float time, const rt_hit *hit, rt_surface *out);
 
 /* A snapshot of the same content that has trees of this kind (RTK_TREE_*) for every group and the top level: this one again
  * (retained) when it has them, else one that shares all chunks and builds what is missing (kept by the scene's chunk cache). */

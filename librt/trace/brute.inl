@@ -43,7 +43,7 @@ static void RTK_NAME(rays)(const rtk_scene *scene, const rtk_trace_block *rays, 
     for (uint32_t base = 0; base < count; base += MANY) {
         uint32_t n = count - base < MANY ? count - base : MANY;
         for (uint32_t i = 0; i < n; i++) {
-            rti_lane_query(&q[i], scene, rays, base + i);
+            rti_lane_query(&q[i], scene, rays, base + i, scratch);
             if (RTK_MODE & RTK_MODE_AFTER)
                 rti_lane_after(&q[i], hits, base + i);
         }

@@ -5,7 +5,8 @@
 #include "../kernel/query.h"
 #include "trace.h"
 
-static inline void rti_lane_query(rtk_query *q, const rtk_scene *scene, const rtk_trace_block *rays, uint32_t i)
+static inline void rti_lane_query(rtk_query *q, const rtk_scene *scene, const rtk_trace_block *rays, uint32_t i,
+                                  const rti_scratch *scratch)
 {
     const rtk_trace_block *b = &rays[i / RTK_BLOCK];
     uint32_t lane = i % RTK_BLOCK;
@@ -16,6 +17,8 @@ static inline void rti_lane_query(rtk_query *q, const rtk_scene *scene, const rt
     ray.tmax = b->tmax[lane];
     ray.mask = b->mask[lane];
     rtk_query_init(q, scene, ray);
+    if (scratch->times)
+        q->time = scratch->times[i];
 }
 
 /* The last hit, for RTI_TRACE_AFTER. */

@@ -6,7 +6,7 @@ static void RTK_NAME(rays)(const rtk_scene *scene, const rtk_trace_block *rays, 
 {
     for (uint32_t i = 0; i < count; i++) {
         rtk_query q;
-        rti_lane_query(&q, scene, rays, i);
+        rti_lane_query(&q, scene, rays, i, scratch);
         if (RTK_MODE & RTK_MODE_AFTER)
             rti_lane_after(&q, hits, i);
         int hit = RTK_NAME(trace)(&q);

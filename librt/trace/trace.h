@@ -23,6 +23,7 @@ typedef struct rti_steps {
     uint32_t nodes, leaves, tests;
 } rti_steps;
 typedef struct rti_scratch {
+    const float *times; /* [count]: of each ray, 0 to 1; NULL: all are at 0 */
     rti_trace_stats stats;
     rti_steps *steps;
 } rti_scratch;

@@ -45,7 +45,7 @@ local function along(o, p, who)
     d, l = d + view * (p[k] - o.eye[k]), l + view * view
   end
   d = d / math.sqrt(l)
-  if not (d > 0) then
+  if d <= 0 then
     check.fail("%s: focus_at lies behind the camera; what is sharp is ahead of it", who)
   end
   return d

@@ -9,6 +9,7 @@ local camera = require "rt.camera"
 local light = require "rt.light"
 local shapes = require "rt.shapes"
 local mesh = require "rt.mesh"
+local motion = require "rt.motion"
 local image = require "rt.image"
 local draw = require "rt.draw"
 local scene = require "rt.scene"
@@ -32,7 +33,7 @@ local rt = {
   point_light = light.point, sphere_light = light.sphere, directional_light = light.directional,
   classic = material.classic, emissive = material.emissive, texture = material.texture,
   sphere = shapes.sphere, spheres = shapes.spheres, plane = shapes.plane, box = shapes.box, cylinder = shapes.cylinder, cone = shapes.cone,
-  torus = shapes.torus, mesh = mesh.mesh, polyhedron = mesh.polyhedron, group = mesh.group, instance = mesh.instance,
+  torus = shapes.torus, mesh = mesh.mesh, polyhedron = mesh.polyhedron, group = mesh.group, instance = mesh.instance, motion = motion.join,
   -- values
   vec = vec.make, srgb = vec.srgb, transform = transform.make, translate = transform.translate, scale = transform.scale, rotate = transform.rotate,
   buffer = core.buffer, image = image.new, image_text = image.text, compare = image.compare, random = core.random,

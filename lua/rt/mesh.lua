@@ -89,11 +89,32 @@ mesh.group = class.new {
   end,
 }
 
+-- Where an instance stands at the end of its way, or a list of the places it passes.
+local function motion(value, who, key)
+  local places = value
+  if type(value) ~= "table" then
+    check.fail("%s: %s must be a transform or a list of transforms; got %s", who, key, check.describe(value))
+  elseif math.type(value[1]) then
+    places = { value }
+  elseif #value < 1 or #value > 1024 then
+    check.fail("%s: %s must have 1 to 1024 transforms; it has %d", who, key, #value)
+  end
+  local rows = {}
+  for i, place in ipairs(places) do
+    table.move(transform.field(place, who, places == value and ("%s[%d]"):format(key, i) or key), 1, 12, #rows + 1, rows)
+  end
+  return rows -- 12 numbers a place
+end
+
+function mesh.places(value)
+  return motion(value, "rt.instance", "motion")
+end
+
 -- rt.instance { object or group or scene, transform = rt.translate(0, 1, 0) }
 mesh.instance = class.new {
   name = "instance", kind = "instance", example = "rt.instance { bunny, transform = rt.translate(0, 1, 0) }",
   fields = {
-    transform = transform.field, material = material.field, mask = check.integer { low = 0, high = 0xffffffff },
+    transform = transform.field, motion = motion, material = material.field, mask = check.integer { low = 0, high = 0xffffffff },
     user_id = check.integer { low = 0, high = 0xffffffff },
   },
   items = true,

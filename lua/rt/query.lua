@@ -20,7 +20,7 @@ local ray_fields = {
   tmax = function(value, who, key)
     return value == math.huge and value or check.number { low = 0 }(value, who, key)
   end,
-  mask = check.integer { low = 0, high = 0xffffffff },
+  mask = check.integer { low = 0, high = 0xffffffff }, time = check.number { low = 0, high = 1 },
 }
 
 local function ray_of(ray, who)
@@ -30,12 +30,13 @@ local function ray_of(ray, who)
   return checked
 end
 
--- The closest hit of a ray { org, dir, tmin, tmax, mask } as a table, nil on a miss. A buffer of rays (f32, eight numbers a ray: org, tmin,
--- dir, tmax) gives a table of buffers t, u, v, prim_id, geom_id, inst_id, where a miss has prim_id 0xffffffff.
-function queries.intersect(self, ray)
+-- The closest hit of a ray { org, dir, tmin, tmax, mask, time } as a table, nil on a miss. A buffer of rays (f32, eight numbers a ray: org, tmin,
+-- dir, tmax) gives a table of buffers t, u, v, prim_id, geom_id, inst_id, where a miss has prim_id 0xffffffff; `times` is a buffer of
+-- their times or nil: time 0.
+function queries.intersect(self, ray, times)
   self:commit()
   if arrays.is_buffer(ray) then
-    return core.intersect_buffer(self.handle, ray)
+    return core.intersect_buffer(self.handle, ray, times)
   end
   return name_hit(self, core.intersect(self.handle, ray_of(ray, "scene:intersect")))
 end
@@ -52,10 +53,10 @@ function queries.intersect_all(self, ray, most)
 end
 
 -- Is anything in the way? A buffer of rays gives a buffer of u8, 1 or 0.
-function queries.occluded(self, ray)
+function queries.occluded(self, ray, times)
   self:commit()
   if arrays.is_buffer(ray) then
-    return core.occluded_buffer(self.handle, ray)
+    return core.occluded_buffer(self.handle, ray, times)
   end
   return core.occluded(self.handle, ray_of(ray, "scene:occluded"))
 end

@@ -228,6 +228,7 @@ function scene.new(t)
     self:set_camera(o.camera)
   end
   scene.set_world(self, o)
+  self.world = { ambient = o.ambient, background = o.background, background_top = o.background_top }
   local positional = {}
   for key, value in next, t do
     if math.type(key) then

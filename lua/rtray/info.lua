@@ -73,6 +73,8 @@ local function scene_json(path, facts, memory, settings, scene)
     rows[i] = trees.json(t)
   end
   object:set("render_bytes", memory):set("width", settings.width):set("height", settings.height):set("samples", settings.samples)
+  object:set("moving_instances", facts.moving_instances):set("camera_moves", facts.camera_moves)
+    :set("shutter", { facts.shutter_open, facts.shutter_close })
   return object:set("trees", rows)
 end
 
@@ -82,6 +84,12 @@ local function scene_text(path, facts, memory, settings, low, high)
     if facts[row[1]] > 0 then
       output.print("%-11s %s", row[2], output.count(facts[row[1]]))
     end
+  end
+  local moves = facts.moving_instances > 0 and ("%s instance%s over %s places"):format(output.count(facts.moving_instances),
+    facts.moving_instances == 1 and "" or "s", output.count(facts.motion_places)) or nil
+  if moves or facts.camera_moves then
+    local camera = facts.camera_moves and (moves and " and the camera" or "the camera") or ""
+    output.print("%-11s %s%s, shutter from %g to %g", "motion", moves or "", camera, facts.shutter_open, facts.shutter_close)
   end
   if low then
     output.print("%-11s %g %g %g ... %g %g %g", "box", low[1], low[2], low[3], high[1], high[2], high[3])

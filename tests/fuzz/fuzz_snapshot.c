@@ -22,6 +22,8 @@ static rt_context *fuzz_context(void)
     return ctx;
 }
 
+#define TIME(i) ((float)(i) / 15.0f)
+
 static void make_rays(rtk_trace_block *rays, rtk_vec3 lo, rtk_vec3 hi)
 {
     rtk_vec3 mid = rtk_scale(rtk_add(lo, hi), 0.5f);
@@ -47,7 +49,7 @@ static void shade(const rtk_scene *v, const rtk_trace_block *rays, const rtk_hit
         float rgba[4];
         if (hit.prim == RTK_INVALID)
             continue;
-        rtk_surface s = rtk_surface_at(v, ray, hit);
+        rtk_surface s = rtk_surface_at(v, ray, hit, TIME(i));
         if (s.material >= v->material_count)
             abort();
         if (v->materials[s.material].color_tex != RTK_INVALID)
@@ -60,12 +62,15 @@ static void use(rti_snapshot *snapshot)
 {
     _Alignas(64) rtk_trace_block rays;
     _Alignas(64) rtk_hit_block hits;
+    float times[RTK_BLOCK];
     rtk_vec3 lo, hi;
     rti_snapshot_bounds(snapshot, &lo, &hi);
     make_rays(&rays, lo, hi);
+    for (uint32_t i = 0; i < RTK_BLOCK; i++)
+        times[i] = TIME(i);
     for (uint32_t i = 0; i < rti_tracer_count(); i++) {
         const rti_tracer *tracer = rti_tracer_at(i);
-        rti_scratch scratch = {.steps = NULL};
+        rti_scratch scratch = {.times = times};
         rti_snapshot *with;
         if (rti_snapshot_with_tree(snapshot, tracer->tree, NULL, &with) != RT_OK)
             continue;

@@ -13,7 +13,7 @@ local function shapes(accel)
     rt.cone { from = {5, 0, 0}, to = {5, 1, 0}, radius = 0.5 },
     rt.torus { center = {7, 0, 0}, axis = {0, 1, 0}, major_radius = 1, minor_radius = 0.25 },
     rt.plane { point = {0, -1, 0}, normal = {0, 1, 0} },
-    rt.instance { child, transform = rt.translate(10, 0, 0) * rt.rotate({1, 2, 3}, 30) },
+    rt.instance { child, transform = rt.translate(10, 0, 0) * rt.rotate({1, 2, 3}, 30), motion = rt.translate(12, 0, 0) },
     rt.instance { child, transform = rt.translate(0, 0, 3) * rt.scale(2, -1, 1), material = rt.classic { color = {1, 0, 0} } },
     rt.sphere_light { at = {3, 6, 4}, radius = 0.5 },
   }

@@ -245,7 +245,34 @@ static rt_status fill_lens(rt_scene *scene, rt_scene *child)
     return rt_scene_commit(scene, NULL);
 }
 
-const hash_scene hash_scenes[] = {
-    {"shapes", fill_shapes}, {"soup", fill_soup}, {"instances", fill_instances}, {"parts", fill_parts},
-    {"lens", fill_lens}};
+/* The pyramids and balls again: every other one goes, turns and grows to where its neighbour stood, some over three places,
+ * seen through a lens. */
+static rt_status fill_motion(rt_scene *scene, rt_scene *child)
+{
+    uint32_t seed = 31;
+    rt_camera_desc camera = rt_camera_desc_default();
+    TRY(fill_instances(scene, child));
+    for (uint32_t i = 0; i < 40; i += 2) {
+        rt_transform motion[3];
+        for (int k = 0; k < 3; ++k) {
+            float s = 0.3f + 0.3f * noise(&seed);
+            rt_vec3 at = {8 * noise(&seed) - 4, 4 * noise(&seed) - 1, 8 * noise(&seed) - 4},
+                    axis = {noise(&seed) + 0.1f, noise(&seed), noise(&seed)};
+            motion[k] = rt_transform_multiply(rt_transform_translate(at),
+                                              rt_transform_multiply(rt_transform_rotate(axis, 360 * noise(&seed)),
+                                                                    rt_transform_scale((rt_vec3){i % 3 ? s : -s, 1.2f * s, s})));
+        }
+        TRY(rt_scene_set_instance_motion(scene, (rt_instance){i}, motion, 1 + i % 3));
+    }
+    camera.eye = (rt_vec3){1, 3, 11};
+    camera.look_at = (rt_vec3){0, 0.5f, 0};
+    camera.fov_deg = 45;
+    camera.aperture = 0.1f;
+    camera.shutter_close = 0.75f;
+    TRY(rt_scene_set_camera(scene, &camera));
+    return rt_scene_commit(scene, NULL);
+}
+
+const hash_scene hash_scenes[] = {{"shapes", fill_shapes}, {"soup", fill_soup}, {"instances", fill_instances},
+                                  {"parts", fill_parts},   {"lens", fill_lens}, {"motion", fill_motion}};
 const unsigned hash_scene_count = sizeof hash_scenes / sizeof hash_scenes[0];

@@ -217,7 +217,7 @@ describe("a ray", function()
     raises("scene:intersect: dir is zero and so has no direction", function()
       return scene:intersect { org = { 0, 0, 0 }, dir = { 0, 0, 0 } }, nil
     end)
-    raises("scene:occluded has no key 'direction'; known are dir, mask, org, tmax, tmin", function()
+    raises("scene:occluded has no key 'direction'; known are dir, mask, org, time, tmax, tmin", function()
       return scene:occluded { org = { 0, 0, 0 }, direction = { 0, 0, 1 } }, nil
     end)
     raises("rays must be a buffer of type f32 with 8 numbers a ray (org, tmin, dir, tmax); got rt.buffer(f32, 7)", function()

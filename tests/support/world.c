@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "kernel/shapes.h"
+#include "scene/scene.h"
 
 static void *grown(void *data, size_t count, size_t item)
 {
@@ -129,6 +130,25 @@ void test_world_instance(test_world *w, uint32_t group, const float m[12], uint3
     }
 }
 
+bool test_world_move(test_world *w, const float (*m)[12], uint32_t count)
+{
+    rtk_instance *inst = &w->instances[w->scene.instance_count - 1];
+    rtk_xfm *keys = grown(NULL, count + 1, sizeof *keys);
+    bool good;
+    keys[0] = inst->to_world;
+    memcpy(keys + 1, m, count * sizeof *keys);
+    w->motions = grown(w->motions, w->motion_count + count, sizeof *w->motions);
+    good = rti_motion_make(keys, count, w->motions + w->motion_count) == NULL;
+    if (good) {
+        inst->flags |= RTK_INST_MOVING;
+        inst->motion_first = w->motion_count;
+        inst->motion_count = count;
+        w->motion_count += count;
+    }
+    free(keys);
+    return good;
+}
+
 static rt_status build_both(test_world *w, const rti_build_input *in, const rti_build_settings *kd, void *chunks[2],
                             size_t sizes[2])
 {
@@ -173,6 +193,16 @@ static void instance_box(const test_world *w, const rtk_instance *inst, double r
     const rtk_group *g = &w->groups[inst->group];
     const float *m = inst->to_world.m, *v = inst->to_object.m;
     float glo[3] = {g->lo.x, g->lo.y, g->lo.z}, ghi[3] = {g->hi.x, g->hi.y, g->hi.z};
+    if (inst->flags & RTK_INST_MOVING) {
+        const rtk_motion *way = w->motions + inst->motion_first;
+        float by = rti_motion_growth(way, inst->motion_count, glo, ghi, (float)reach);
+        rti_motion_bounds(way, inst->motion_count, glo, ghi, lo, hi);
+        for (int r = 0; r < 3; r++) {
+            lo[r] -= by;
+            hi[r] += by;
+        }
+        return;
+    }
     for (int r = 0; r < 3; r++) {
         double low = m[4 * r + 3], high = low, growth = 0.0;
         for (int c = 0; c < 3; c++) {
@@ -249,6 +279,7 @@ rt_status test_world_commit(test_world *w, const rti_build_settings *kd)
     w->scene.groups = w->groups;
     w->scene.instances = w->instances;
     w->scene.unbounded = w->unbounded;
+    w->scene.motions = w->motions;
     return status;
 }
 
@@ -266,6 +297,7 @@ void test_world_free(test_world *w)
     }
     free(w->instances);
     free(w->unbounded);
+    free(w->motions);
     rti_free(w->ctx, w->top_chunks[0], w->top_sizes[0]);
     rti_free(w->ctx, w->top_chunks[1], w->top_sizes[1]);
     memset(w, 0, sizeof *w);

@@ -23,6 +23,8 @@ typedef struct test_world {
     rtk_group groups[TEST_GROUPS];
     rtk_instance *instances;
     uint32_t *unbounded;
+    rtk_motion *motions;
+    uint32_t motion_count;
     void *top_chunks[2];
     size_t top_sizes[2];
     rtk_scene scene;
@@ -37,6 +39,8 @@ void test_world_shapes(test_world *w, uint32_t group, const rtk_shape *shapes, u
 void test_world_plane(test_world *w, uint32_t group, const float point[3], const float normal[3], uint32_t mask);
 /* m: rows of a 3x4 map to the world. */
 void test_world_instance(test_world *w, uint32_t group, const float m[12], uint32_t mask);
+/* The last instance goes on to these places [count] of 12 floats; false: scene/motion.c refuses the way, and it stands still. */
+bool test_world_move(test_world *w, const float (*m)[12], uint32_t count);
 /* Bounds and trees (kd by the given settings; octree by its defaults). */
 rt_status test_world_commit(test_world *w, const rti_build_settings *kd);
 void test_world_free(test_world *w);

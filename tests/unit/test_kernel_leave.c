@@ -124,7 +124,7 @@ static void triangles_let_go(void **state)
             rtk_hit hit;
             if (!trace(&w, ray, &hit))
                 continue;
-            rtk_surface s = rtk_surface_at(&w.scene, ray, hit);
+            rtk_surface s = rtk_surface_at(&w.scene, ray, hit, 0.0f);
             for (int k = 0; k < 4; k++) {
                 rtk_vec3 dir = away(&g, s.ng, k < 2 ? 0.05f : 1e-3f, k % 2 ? 1.0f : -1.0f);
                 rtk_ray next = {rtk_surface_leave(s, dir), dir, 0, RTK_INF, ~0u};
@@ -166,7 +166,7 @@ static void shapes_let_go(void **state)
                 rtk_hit hit;
                 if (!trace(&w, ray, &hit))
                     continue;
-                rtk_surface s = rtk_surface_at(&w.scene, ray, hit);
+                rtk_surface s = rtk_surface_at(&w.scene, ray, hit, 0.0f);
                 rtk_vec3 dir = away(&g, s.ng, type == RTK_SHAPE_TORUS ? 0.3f : 1e-2f, 1.0f), p = rtk_surface_leave(s, dir);
                 rtk_ray next = {p, dir, 0, RTK_INF, ~0u};
                 rays++;

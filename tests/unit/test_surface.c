@@ -176,7 +176,7 @@ static void test_error_bound(void **state)
                 rtk_surface at = rtk_surface_at(
                     rti_snapshot_view(snapshot),
                     (rtk_ray){rtk_v3(ray.org.x, ray.org.y, ray.org.z), rtk_v3(ray.dir.x, ray.dir.y, ray.dir.z), 0, 1e30f, ~0u},
-                    (rtk_hit){hit.t, hit.u, hit.v, hit.prim_id, hit.geom_id, hit.inst_id});
+                    (rtk_hit){hit.t, hit.u, hit.v, hit.prim_id, hit.geom_id, hit.inst_id}, 0.0f);
                 rtk_vec3 org = rtk_surface_leave(at, rtk_v3(dir.x, dir.y, dir.z));
                 rt_ray away = kit_ray(org.x, org.y, org.z, dir.x, dir.y, dir.z);
                 if (fabs(dot(dir, s.ng)) < 1e-4)
@@ -231,7 +231,7 @@ static void test_instance_bound(void **state)
             assert_true(dot(s.ng, ray.dir) < 0); /* outwards, and the ray came from outside */
             at = rtk_surface_at(rti_snapshot_view(snapshot),
                                 (rtk_ray){rtk_v3(from.x, from.y, from.z), rtk_v3(ray.dir.x, ray.dir.y, ray.dir.z), 0, 1e30f, ~0u},
-                                (rtk_hit){hit.t, hit.u, hit.v, hit.prim_id, hit.geom_id, hit.inst_id});
+                                (rtk_hit){hit.t, hit.u, hit.v, hit.prim_id, hit.geom_id, hit.inst_id}, 0.0f);
             for (int k = 0; k < 8; k++) {
                 rt_vec3 dir = random_vec(1);
                 rtk_vec3 org = rtk_surface_leave(at, rtk_v3(dir.x, dir.y, dir.z));
@@ -268,7 +268,7 @@ static void test_uv_scale(void **state)
     commit(scene);
     s = rti_scene_snapshot(scene);
     hit = kit_hit(scene, kit_ray(0.3f, 0.2f, 9, 0, 0, -1));
-    at = rtk_surface_at(rti_snapshot_view(s), ray, (rtk_hit){hit.t, hit.u, hit.v, hit.prim_id, hit.geom_id, hit.inst_id});
+    at = rtk_surface_at(rti_snapshot_view(s), ray, (rtk_hit){hit.t, hit.u, hit.v, hit.prim_id, hit.geom_id, hit.inst_id}, 0.0f);
     assert_true(fabsf(at.uv_scale - 1.0f / 12) < 1e-6f);
     rti_snapshot_release(s);
     rt_scene_destroy(child);

@@ -24,6 +24,7 @@ typedef struct batch {
     rtk_hit_block hits[BATCH / RTK_BLOCK], other[BATCH / RTK_BLOCK], next[BATCH / RTK_BLOCK];
     uint16_t occluded[BATCH / RTK_BLOCK], occluded_other[BATCH / RTK_BLOCK];
     int kinds[BATCH];
+    float times[BATCH]; /* of moving instances */
 } batch;
 
 static uint64_t ray_count(void)
@@ -39,6 +40,7 @@ static void fill_kinds(batch *b, const test_targets *t, test_rng *rng, uint32_t 
         rtk_trace_block *r = &b->rays[i / RTK_BLOCK];
         uint32_t k = i % RTK_BLOCK;
         b->kinds[i] = (int)(first + i * kinds / BATCH);
+        b->times[i] = (float)(i * 37 % 64) / 63.0f;
         rtk_ray ray = test_ray(t, rng, b->kinds[i]);
         r->ox[k] = ray.org.x;
         r->oy[k] = ray.org.y;
@@ -80,7 +82,7 @@ static void same_hits(const batch *b, const char *what, const char *name, const 
 /* The judge's answers against one tracer's, for the batch's rays. */
 static void compare(batch *b, const rtk_scene *s, const rti_tracer *judge, const rti_tracer *tracer, const char *what)
 {
-    rti_scratch scratch = {0};
+    rti_scratch scratch = {.times = b->times};
     judge->intersect(s, b->rays, b->hits, BATCH, 0, &scratch);
     tracer->intersect(s, b->rays, b->other, BATCH, 0, &scratch);
     same_hits(b, what, tracer->name, b->hits, b->other);
@@ -328,7 +330,7 @@ static void test_alpha(void **state)
     rt_context_destroy(ctx);
 }
 
-static void sweep_instances(float spread, float scale, const char *what)
+static void sweep_instances(float spread, float scale, bool moving, const char *what)
 {
     rt_context *ctx = context();
     test_world w;
@@ -349,9 +351,17 @@ static void sweep_instances(float spread, float scale, const char *what)
     for (int i = 0; i < 24; i++) {
         test_random_map(&r, spread, scale, map);
         test_world_instance(&w, i % 8 == 7 ? c : (i % 2 ? a : b), map, i % 5 == 4 ? 2u : 0xffffffffu);
+        for (int try = 0; moving && i % 4 != 3 && try < 20; try++) {
+            float way[3][12];
+            for (int k = 0; k < 3; k++)
+                test_random_map(&r, spread, scale, way[k]);
+            if (test_world_move(&w, (const float(*)[12])way, 1 + (uint32_t)i % 3))
+                break;
+        }
         if (i % 6 == 5) /* the same again: equal t, the instance decides */
             test_world_instance(&w, i % 8 == 7 ? c : (i % 2 ? a : b), map, 0xffffffffu);
     }
+    assert_true(!moving || w.motion_count > 15);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
     sweep(&w, rti_tracer_find("brute"), ray_count(), what);
     test_world_free(&w);
@@ -363,9 +373,12 @@ static void sweep_instances(float spread, float scale, const char *what)
 static void test_instances(void **state)
 {
     (void)state;
-    sweep_instances(2.0f, 0.5f, "instances");
-    sweep_instances(100.0f, 3.0f, "instances far apart");
-    sweep_instances(0.01f, 0.002f, "small instances");
+    sweep_instances(2.0f, 0.5f, false, "instances");
+    sweep_instances(100.0f, 3.0f, false, "instances far apart");
+    sweep_instances(0.01f, 0.002f, false, "small instances");
+    sweep_instances(2.0f, 0.5f, true, "moving instances");
+    sweep_instances(100.0f, 3.0f, true, "moving instances far apart");
+    sweep_instances(0.01f, 0.002f, true, "small moving instances");
 }
 
 static void test_meshes(void **state)

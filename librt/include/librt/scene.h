@@ -205,9 +205,19 @@ typedef struct rt_instance_desc {
     rt_transform transform; /**< invertible */
     rt_material material;   /**< {RT_INVALID_ID}: the child's own; else a material of the parent for all of it */
     uint32_t mask, user_id;
+    const rt_transform *motion; /**< [motion_count] or NULL: where it stands at the times 1 / motion_count, 2 / motion_count, ... 1; at 0 it is `transform` */
+    uint32_t motion_count;      /**< 0 ... 1024 */
 } rt_instance_desc;
 RT_API rt_instance_desc rt_instance_desc_default(void);
+/** An instance with motion goes from place to place: each is taken apart into a translation, a rotation and a (symmetric) stretch; the child's origin
+ *  and the stretch go in straight lines, the rotation turns evenly about one axis, the shorter way, so a spin wants a place at least every 180 degrees (and
+ *  120 to say which way). A body turns about its own origin: one that is to turn about something else is modelled there, or gets more places. The camera's shutter
+ *  says which times an image covers. Moving places may not mirror one and not the next, stretch by more than 1000 : 1, or scale by less than 1e-9 or more
+ *  than 1e9. Equal places stand still. Lights do not move. Errors ARGUMENT, MEMORY. */
 RT_API rt_status rt_scene_add_instance(rt_scene *scene, const rt_instance_desc *desc, rt_instance *instance);
+/** The instance's places behind its transform, as in rt_instance_desc; count 0: it stands still. Errors ARGUMENT, MEMORY. */
+RT_API rt_status rt_scene_set_instance_motion(rt_scene *scene, rt_instance instance, const rt_transform *motion, uint32_t count);
+/** Where it stands at all times: a motion it had ends. Errors ARGUMENT. */
 RT_API rt_status rt_scene_set_instance_transform(rt_scene *scene, rt_instance instance, const rt_transform *transform);
 RT_API rt_status rt_scene_remove_instance(rt_scene *scene, rt_instance instance);
 
@@ -325,6 +335,15 @@ typedef struct rt_scene_info {
     uint32_t kept_trees;      /**< found in the context instead of built */
 } rt_scene_info;
 RT_API rt_status rt_scene_get_info(const rt_scene *scene, rt_scene_info *info);
+
+/** What moves in the committed scene while the shutter is open. */
+typedef struct rt_motion_info {
+    uint32_t moving_instances, places; /**< places: of all of them, the ones at time 0 included */
+    int camera_moves;
+    float shutter_open, shutter_close;
+} rt_motion_info;
+/** Errors ARGUMENT, STATE. */
+RT_API rt_status rt_scene_get_motion_info(const rt_scene *scene, rt_motion_info *info);
 /** Statistics of one tree, index < tree_count. group: 0 the scene's own, then the children in order of first use; RT_INVALID_ID: top level. */
 RT_API rt_status rt_scene_get_tree_info(const rt_scene *scene, uint32_t index, uint32_t *group, rt_tree_info *info);
 
@@ -358,6 +377,10 @@ RT_API void rt_scene_intersect(const rt_scene *scene, const rt_ray *rays, rt_hit
 RT_API void rt_scene_occluded(const rt_scene *scene, const rt_ray *rays, uint8_t *occluded, size_t count);
 /** The first `capacity` hits along one ray in the order of hits, coincident ones included. Returns how many were written. */
 RT_API size_t rt_scene_intersect_all(const rt_scene *scene, const rt_ray *ray, rt_hit *hits, size_t capacity);
+/** The same at a time from 0 to 1 (others count as the nearer end, NaN as 0) for each ray: times [count]. The calls without times ask at time 0. */
+RT_API void rt_scene_intersect_at(const rt_scene *scene, const rt_ray *rays, const float *times, rt_hit *hits, size_t count);
+RT_API void rt_scene_occluded_at(const rt_scene *scene, const rt_ray *rays, const float *times, uint8_t *occluded, size_t count);
+RT_API size_t rt_scene_intersect_all_at(const rt_scene *scene, const rt_ray *ray, float time, rt_hit *hits, size_t capacity);
 /** The tracer that rt_scene_intersect and its like use: "auto", "kdtree", "octree", "brute". Takes effect at the next commit. Errors ARGUMENT with the names. */
 RT_API rt_status rt_scene_set_tracer(rt_scene *scene, const char *name);
 
@@ -376,6 +399,8 @@ typedef struct rt_surface {
 /** Errors none; a miss, or a hit that this scene cannot have given, gives all zero and material {RT_INVALID_ID}. The body of a visible light has a material
  *  behind those of the scene. ray: the one that gave the hit. Threads any. */
 RT_API void rt_scene_surface(const rt_scene *scene, const rt_ray *ray, const rt_hit *hit, rt_surface *surface);
+/** The same for a ray that was asked at a time. */
+RT_API void rt_scene_surface_at(const rt_scene *scene, const rt_ray *ray, float time, const rt_hit *hit, rt_surface *surface);
 
 #ifdef __cplusplus
 }
