@@ -250,9 +250,9 @@ static int machine(lua_State *L)
 
 void rtl_open_context(lua_State *L)
 {
-    static const luaL_Reg functions[] = {
-        {"configure", configure}, {"take_log", take_log}, {"workers", workers}, {"memory", memory},
-        {"version", version},     {"machine", machine}, {"counts", counts}, {"drop_kept", drop_kept},   {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"configure", configure}, {"take_log", take_log},   {"workers", workers},
+                                         {"memory", memory},       {"version", version},     {"machine", machine},
+                                         {"counts", counts},       {"drop_kept", drop_kept}, {NULL, NULL}};
     rtl_context **slot = lua_newuserdatauv(L, sizeof(rtl_context *), 0);
     *slot = NULL;
     lua_createtable(L, 0, 1);

@@ -38,7 +38,7 @@ LUA
 }
 
 seconds_librt() { # script workers size
-  "$rtray" render "$1" --workers "$2" --size "$3" --json --quiet -o "$work/librt.png" | sed -n 's/.*"seconds":\([0-9.e+-]*\).*/\1/p'
+  "$rtray" render "$1" --trust --workers "$2" --size "$3" --json --quiet -o "$work/librt.png" | sed -n 's/.*"seconds":\([0-9.e+-]*\).*/\1/p'
 }
 seconds_tachyon() { # dat width height threads
   timeout 600 tachyon "$1" -numthreads "$4" -res "$2" "$3" -fullshade -o "$work/tachyon.tga" | sed -n 's/.*Ray Tracing Time: *\([0-9.]*\).*/\1/p'
