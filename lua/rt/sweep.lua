@@ -164,7 +164,8 @@ end
 local function warn_busy(s)
   local load, cpus = s.machine.load, s.machine.cpus
   if load and load > cpus / 2 and is_timed(s.axes) and not s.in_process then
-    s.note(("other work is running (load %s on %d CPUs); times will be longer and less even than this machine's own"):format(words.number(load), cpus))
+    s.note(("other work is running (load %s on %d CPUs); times will be longer and less even than this machine's own"):format(
+      words.number(load), cpus))
   end
 end
 

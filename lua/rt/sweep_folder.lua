@@ -98,7 +98,7 @@ end
 function takers.run(self, t)
   if type(t.key) == "string" and math.type(t.run) == "integer" and type(t.machine) == "string" then
     self.runs[t.key] = self.runs[t.key] or {}
-    self.runs[t.key][t.run] = t
+    self.runs[t.key][t.run] = self.full and t or { hash = t.hash, machine = t.machine }
   end
 end
 
@@ -239,6 +239,13 @@ function methods.add(self, o)
     error({ status = 3, message = ("the journal in %s cannot be written: %s (errno %d)"):format(quote(self.folder), why, number) }, 0)
   end
   self.synced = sync and now or self.synced
+end
+
+-- The whole records of all runs: while points are measured only hashes and machines are held, so that many of them take little memory.
+function methods.all_records(self)
+  local all = { runs = {}, images = {}, metrics = {}, machines = {}, machine_list = {}, full = true, path = self.path }
+  replay(all, read_file(self.path "journal.jsonl") or "", function() end)
+  return all
 end
 
 -- Replaces a file by text when all of it is on disk.

@@ -98,7 +98,7 @@ end
 -- Gives a described point its key and the text of what its image depends on.
 function sweep_plan.identify(point, described, base)
   local values = settings_at(point, described)
-  point.description, point.settings = described.description, values
+  point.description = described.description
   local parts = setting_texts(values, {})
   for _, text in ipairs { base.mode, described.description, point.describes, point.request.transport, base.measure_hash } do
     parts[#parts + 1] = text
@@ -170,7 +170,7 @@ function sweep_plan.name_images(points, axes)
       name = name .. "-" .. core.text_hash(p.label):sub(1, 8)
     end
     taken[name:lower()] = true
-    p.file = "images/" .. name .. ".png"
+    p.file, p.saved = "images/" .. name .. ".png", false
   end
 end
 

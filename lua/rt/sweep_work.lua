@@ -11,6 +11,7 @@ local sweep_worker = require "rt.sweep_worker"
 
 local sweep_work = {}
 
+local COLLECT_EVERY = 50 -- runs in this process between two full collections: memory stays flat, at some 0.1 ms a run
 local METRICS = { "psnr", "mse", "ssim", "flip", "differing" } -- against a reference
 
 -- ---- measuring ----
@@ -159,7 +160,8 @@ local function measure(s, p, picture)
   return answer
 end
 
--- The record of a run, in memory and in the journal.
+-- The record of a run in the journal; in memory without a folder only, or when others are compared with its image, for a sweep of many points shall
+-- not grow.
 local function keep(s, p, number, answer)
   local record = { key = p.key, run = number, machine = s.machine.fingerprint }
   for _, key in ipairs(sweep_run.keys) do
@@ -167,8 +169,10 @@ local function keep(s, p, number, answer)
   end
   record.process_seconds = answer.process_seconds
   add_measured(record, answer.measured)
-  s.runs[p.key] = s.runs[p.key] or {}
-  s.runs[p.key][number] = record
+  if not s.store or p.is_reference then
+    s.runs[p.key] = s.runs[p.key] or {}
+    s.runs[p.key][number] = record
+  end
   if s.store then
     local o = json.object():set("t", "run"):set("key", p.key):set("run", number):set("machine", record.machine)
     for _, key in ipairs(sweep_run.keys) do
@@ -187,7 +191,7 @@ local function keep_picture(s, p, answer)
     local _, bytes = core.file_stat(s.store.path(p.file))
     local o = json.object():set("t", "image"):set("key", p.key):set("file", p.file):set("bytes", bytes):set("hash", answer.hash)
     s.store:add(o)
-    s.store.images[p.key] = { file = p.file, bytes = bytes, hash = answer.hash, whole = true }
+    p.saved = true
   end
 end
 
@@ -228,14 +232,14 @@ local function tasks(s)
   return list
 end
 
--- What was found of a point; number: of machines by fingerprint, from 0.
-local function point_of(s, p, index, number)
+-- What was found of a point; all: the records; number: of machines by fingerprint, from 0.
+local function point_of(s, p, index, all, number)
   local q = {
     index = index, key = p.key, values = p.values, label = p.label, message = p.failed, description = p.description, runs = {}, mixed = false,
     reference = p.compared and p.compared.key, picture = p.picture,
   }
   for i = 1, s.count do
-    local record = s.runs[p.key] and s.runs[p.key][i]
+    local record = all.runs[p.key] and all.runs[p.key][i]
     if record then
       local r = {}
       for key, value in next, record do
@@ -251,8 +255,8 @@ local function point_of(s, p, index, number)
   end
   q.status = p.failed and "failed" or #q.runs == s.count and "done" or "missing"
   if s.store then
-    local picture, metrics = s.store.images[p.key], s.store.metrics[p.key]
-    q.image = is_whole(s, picture) and picture.file or nil
+    local picture, metrics = all.images[p.key], all.metrics[p.key]
+    q.image = picture and (p.saved or is_whole(s, picture)) and picture.file or nil
     q.metrics = {}
     for _, name in ipairs(metrics and metrics.reference == q.reference and METRICS or {}) do
       q.metrics[name] = metrics[name]
@@ -267,12 +271,12 @@ function sweep_work.results_of(s)
     runs = s.count, warmup = s.warmup, axes = s.axes, points = {}, machine = s.machine, machines = s.machines, reference = s.reference,
     weak = s.preset and s.preset.weak, folder = s.output,
   }
-  local number = {}
+  local all, number = s.store and s.store:all_records() or { runs = s.runs }, {}
   for i, m in ipairs(s.machines) do
     number[m.fingerprint] = i - 1
   end
   for index, p in ipairs(s.points) do
-    results.points[index] = point_of(s, p, index, number)
+    results.points[index] = point_of(s, p, index, all, number)
   end
   sweep_tables.judge(results, function(p) return p.picture end)
   return results
@@ -317,6 +321,10 @@ function sweep_work.work(s)
       elseif task.picture then
         keep_picture(s, p, answer)
       end
+    end
+    list[i] = false
+    if s.in_process and i % COLLECT_EVERY == 0 then
+      collectgarbage()
     end
   end
   tell(s, { kind = "end", done = #list, total = #list })

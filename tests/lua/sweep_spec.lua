@@ -188,6 +188,38 @@ describe("rt.sweep", function()
     assert.equal(4 * results.points[1].median.rays_camera, results.points[2].median.rays_camera)
   end)
 
+  it("parses a mesh and builds its tree once for all points of a process", function()
+    support.in_folder(function(folder)
+      local lines = {}
+      for y = 0, 20 do
+        for x = 0, 20 do
+          lines[#lines + 1] = ("v %d %d %d"):format(x, y, (x * y) % 5)
+        end
+      end
+      for y = 0, 19 do
+        for x = 0, 19 do
+          local a = y * 21 + x + 1
+          lines[#lines + 1] = ("f %d %d %d\nf %d %d %d"):format(a, a + 1, a + 21, a + 1, a + 22, a + 21)
+        end
+      end
+      support.write(folder .. "/hills.obj", table.concat(lines, "\n") .. "\n")
+      support.write(folder .. "/x.lua", [[
+        local rt = require "rt"
+        local p = rt.params { ior = { 1.5, min = 1, max = 2.5 } }
+        return rt.scene {
+          settings = { width = 8, height = 6, samples = 1 }, rt.point_light { at = {10, 10, 30} },
+          rt.mesh { file = "hills.obj", material = rt.classic { refractiveness = p.ior, transparency = 0.9 } },
+        }]])
+      local before = rt.counts()
+      local results = rt.sweep { scene = folder .. "/x.lua", over = { ior = "1:2:0.25" }, in_process = true }
+      local after = rt.counts()
+      assert.equal(5, #results.points)
+      assert.equal("done", results.points[5].status)
+      assert.equal(1, after.files_read - before.files_read)
+      assert.equal(1, after.trees_built - before.trees_built)
+    end)
+  end)
+
   it("keeps a failing point's message, and raises for a wrong sweep", function()
     support.in_folder(function(folder)
       local path = support.write(folder .. "/x.lua", SCRIPT)
