@@ -137,10 +137,10 @@ local function counts(self)
   return table.concat(parts, ", ")
 end
 
-local function go_on(self)
+local function go_on(self, begun)
   local finished = self.rendered + self.taken + self.others
-  return ("%d of %s %s finished in %s; the same command goes on from there"):format(finished, plural(#self.list, "frame"),
-    finished == 1 and "is" or "are", types.quote(self.stage.target.folder))
+  return ("%d of %s %s finished in %s%s; the same command goes on from there"):format(finished, plural(#self.list, "frame"),
+    finished == 1 and "is" or "are", types.quote(self.stage.target.folder), begun and ", " .. begun or "")
 end
 
 local function frames_json(self)
@@ -149,7 +149,7 @@ local function frames_json(self)
     local record = self.results[frame]
     list[i] = json.object():set("frame", frame):set("state", work.words(self.state[frame]))
       :set("file", self.stage.target.place(frame)):set("hash", record and record.image):set("seconds", record and tonumber(record.seconds))
-      :set("work", record and record.work and report.work_json(record.work))
+      :set("work", record and record.work and report.work_json(record.work)):set("tiles_resumed", record and record.resumed)
   end
   return list
 end
@@ -202,7 +202,8 @@ local function run(self)
   local whole = self:all()
   output.clear_line()
   if not whole then
-    output.note("rtray animate: %s: %s", limits.told() or "interrupted", go_on(self))
+    local begun = self:halt()
+    output.note("rtray animate: %s: %s", limits.told() or "interrupted", go_on(self, begun))
     return 1 -- the signal ends the process, see main.c
   elseif self.stopped then
     local fault = self.stopped
@@ -237,7 +238,9 @@ function animate.run(command, values, arguments)
   output.clear_line()
   if not ok then
     if sys.interrupted() then
-      output.note("rtray animate: %s: %s", limits.told() or "interrupted", go_on(self))
+      sys.defer(true)
+      local begun = self:halt()
+      output.note("rtray animate: %s: %s", limits.told() or "interrupted", go_on(self, begun))
       return 1
     end
     error(status, 0)

@@ -31,9 +31,9 @@ or version is refused.]],
   {
     name = "animate", summary = "render the frames of an animation, and a film of them", module = "rtray.animate",
     arguments = { SCENE },
-    options = options.take("frames", "output", "size", "samples", "workers", "at_once", "keep_going", "define", "set", "integrator", "tracer",
-      "builder", "tile", "schedule", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "crop", "seed", "memory_limit",
-      "exposure", "tone", "bits", "quality", "alpha", "format", "no_metadata", "progress", "quiet", "json", "stats"),
+    options = options.take("frames", "output", "size", "samples", "workers", "at_once", "keep_going", "every", "define", "set", "integrator",
+      "tracer", "builder", "tile", "schedule", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "crop", "seed",
+      "memory_limit", "exposure", "tone", "bits", "quality", "alpha", "format", "no_metadata", "progress", "quiet", "json", "stats"),
     text = [[
 SCENE is a script that returns rt.animation. -o is a pattern with one %d or %0Nd for the frame's number, as in frame%04d.png, or a
 film: .mp4, .webm, .gif, .webp, .apng, .mkv or .mov. Without -o the film is NAME.mp4 in this folder. A film's frames are kept in
@@ -41,7 +41,8 @@ OUT.frames/; ffmpeg makes the film of them.
 
 The script runs again for every frame. A finished frame is taken over as long as what it describes, the settings, and the file's bytes
 are the same; a change of the script renders the frames that it reaches. So the same command goes on after a kill, a full disk or
-Ctrl-C. What is known of the frames lies beside them, in PATTERN.state/ or OUT.frames/state/.
+Ctrl-C; a frame that was begun goes on from its last checkpoint, which is written every minute, or --every SECONDS. What is known of the
+frames lies beside them, in PATTERN.state/ or OUT.frames/state/.
 
 Several processes, also on other machines, may work on one folder: start the same command twice. Frames are claimed; a claim ends with
 its process, or after a minute without a sign of life.

@@ -36,6 +36,30 @@ function ledger:part(name)
   return ("%s/%s.%s.part"):format(self.folder, type(name) == "number" and ("%06d"):format(name) or name, self.tag)
 end
 
+-- The file for the state of a frame's unfinished render, which belongs to one key: those of other keys are removed.
+function ledger:checkpoint(frame, key)
+  if not self.checkpoints then
+    self.checkpoints = {}
+    for _, name in ipairs(sys.list_folder(self.folder) or {}) do
+      local number = name:match "^(%d+)%.%x+%.checkpoint$"
+      if number then
+        local list = self.checkpoints[number] or {}
+        list[#list + 1] = name
+        self.checkpoints[number] = list
+      end
+    end
+  end
+  local number = ("%06d"):format(frame)
+  local wanted = ("%s.%s.checkpoint"):format(number, key:sub(1, 16))
+  for _, name in ipairs(self.checkpoints[number] or {}) do
+    if name ~= wanted then
+      os.remove(self.folder .. "/" .. name)
+    end
+  end
+  self.checkpoints[number] = { wanted }
+  return self.folder .. "/" .. wanted
+end
+
 -- The same beside `path`, which may lie on another disk than the records; what the dead have left there is removed.
 function ledger.new_part(path, claims)
   local folder, name = files.folder_of(path), files.name_of(path) .. "."

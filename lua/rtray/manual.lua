@@ -58,7 +58,8 @@ local function overview()
   end
   statuses(out)
   out[#out + 1] = ".SH ENVIRONMENT\n.TP\n.B NO_COLOR\nNothing is ever coloured, so it is honoured.\n.TP\n.B TERM\n"
-    .. plain("With dumb, progress is a plain line every 10 seconds.")
+    .. plain("With dumb, progress is a plain line every 10 seconds.") .. "\n.TP\n.B RTRAY_CLAIM_SECONDS\n"
+    .. plain("Seconds without a sign of life after which animate takes over a frame that a process of another machine has claimed; 60.")
   return table.concat(out, "\n") .. "\n"
 end
 

@@ -2,9 +2,12 @@
 
 local sys = require "rtray.sys"
 local json = require "rtray.json"
+local output = require "rtray.output"
 local recipe = require "rtray.recipe"
 local report = require "rtray.report"
 local source = require "rtray.source"
+
+local LONG = 30 -- seconds: after such a frame, the next is worth to be kept until it is saved, which may fail
 
 local shot = {}
 
@@ -47,14 +50,27 @@ function shot.matches(described, record)
   return record.key == described.key and "key" or nil
 end
 
--- Starts the render with so many workers (nil: the settings').
-function shot.start(described, workers)
-  described.job = described.scene:start { workers = workers }
+-- Starts the render with so many workers (nil: the settings'). It goes on from the checkpoint of an earlier one, and keeps its own there.
+function shot.start(stage, ledger, described, workers)
+  local path = ledger:checkpoint(described.frame, described.key)
+  local arguments = {
+    workers = workers, checkpoint = path, checkpoint_every = stage.values.every,
+    checkpoint_keep = (stage.seconds or 0) >= LONG, -- until it is saved
+  }
+  local ok, job = pcall(described.scene.start, described.scene, arguments)
+  if not ok and sys.stat(path) then -- damaged, or of another build: begin anew
+    output.note("rtray animate: frame %d begins anew: %s", described.frame, tostring(job))
+    os.remove(path)
+    ok, job = true, described.scene:start(arguments)
+  end
+  if not ok then
+    error(job, 0)
+  end
+  described.job, described.checkpoint = job, path
   described.work = {} -- what it took to come here
   for key, count in pairs(require("rt").counts()) do -- in any order
     described.work[key] = count - described.before[key]
   end
-  described.begun = sys.now()
   return described
 end
 
@@ -74,6 +90,7 @@ function shot.finish(stage, ledger, described)
     error(at and raised:sub(1, at - 1) .. stage.target.place(described.frame) .. raised:sub(to + 1) or raised, 0)
   end
   local width, height = image:size()
+  stage.seconds = stats.seconds
   described.width, described.height, described.image, described.stats = width, height, image:hash(), stats
   ledger:put(described.frame, {
     key = described.key, description = described.description, image = described.image, settings = described.settings,
@@ -82,6 +99,7 @@ function shot.finish(stage, ledger, described)
   recipe.beside(stage.target.place(described.frame), save.format, save.text)
   image:release()
   job:release()
+  os.remove(described.checkpoint)
   described.job = nil
   return stats
 end

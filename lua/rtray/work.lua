@@ -6,6 +6,7 @@ local claims = require "rtray.claims"
 local faults = require "rtray.faults"
 local json = require "rtray.json"
 local ledger = require "rtray.ledger"
+local limits = require "rtray.limits"
 local output = require "rtray.output"
 local progress = require "rtray.progress"
 local shot = require "rtray.shot"
@@ -49,6 +50,22 @@ function work:close()
   self.ledger:sync(true)
 end
 work.__close = work.close
+
+-- Ends what runs after a signal. What is done of it is kept in its checkpoint: a sentence about that, or nil.
+function work:halt()
+  limits.grace(30)
+  local words = {}
+  for _, f in ipairs(self.flying) do
+    f.job:cancel()
+  end
+  for _, f in ipairs(self.flying) do
+    local ok, _, done = pcall(f.job.wait, f.job)
+    if ok and sys.stat(f.checkpoint) then
+      words[#words + 1] = ("frame %d is done to %d%%"):format(f.frame, math.floor(done * 100))
+    end
+  end
+  return words[1] and table.concat(words, ", ") or nil
+end
 
 -- What became of a frame, in words.
 function work.words(state)
@@ -169,7 +186,7 @@ local function prepare(self, frame)
     return
   end
   local together = math.max(1, math.min(self.limit, #self.list - self.rendered - self.taken - self.others))
-  shot.start(described, self.limit > 1 and math.max(1, self.workers // together) or nil)
+  shot.start(self.stage, self.ledger, described, self.limit > 1 and math.max(1, self.workers // together) or nil)
   self.flying[#self.flying + 1] = described
   if self.last and not self.last.job then
     self.last.scene:release() -- not earlier: what both scenes have in common is not built again
@@ -198,7 +215,7 @@ local function finish(self, described)
     self.limit = stats.seconds < SHORT and memory < require("rt").machine().memory_available // 4 and self.workers or 1
   end
   settle(self, described.frame, "rendered", {
-    image = described.image, seconds = ("%.3f"):format(stats.seconds), work = described.work,
+    image = described.image, seconds = ("%.3f"):format(stats.seconds), work = described.work, resumed = stats.tiles_resumed,
   })
 end
 
