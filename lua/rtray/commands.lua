@@ -204,7 +204,8 @@ then read from standard input without a prompt.]],
   {
     name = "manual", summary = "print a manual page", hidden = true, arguments = { { name = "COMMAND", type = "command", optional = true } },
     module = "rtray.manual", options = options.take("output"),
-    text = "For man(1): the page of the program or of a command; with -o FOLDER/ all of them, as files.", examples = { "rtray manual sweep | man -l -" },
+    text = "For man(1): the page of the program or of a command; with -o FOLDER/ all of them, as files.",
+    examples = { "rtray manual sweep | man -l -" },
   },
   -- What commands run in processes of their own (child.lua).
   {

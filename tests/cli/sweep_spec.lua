@@ -338,7 +338,8 @@ describe("rtray sweep", function()
     local r = support.shell("timeout --preserve-status -s INT -k 20 1.5 " .. support.command(args), folder)
     assert.equal(130, r.status, r.err)
     assert.truthy(r.err:find("interrupted; what is finished is in 'out', and the same command goes on", 1, true), r.err)
-    assert.equal("", support.shell("pgrep -f '[r]tray answer' || true", folder).out:gsub("%s", "") == "" and "" or "processes are left")
+    local left = support.shell("for p in /proc/[0-9]*; do readlink $p/cwd; done | grep -Fxc " .. support.quote(folder)).out
+    assert.equal("0\n", left) -- processes that still work in the folder
     assert.is_true(support.exists(folder .. "/out/results.csv"))
     scene(folder, "while true do end")
     r = support.shell("timeout --preserve-status -s TERM -k 20 1 " .. support.command(args) .. " --restart", folder)

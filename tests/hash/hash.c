@@ -47,7 +47,8 @@ static void render_hash(rt_scene *scene, const char *integrator, const arrangeme
     rt_image_destroy(image);
 }
 
-/* The integrators "cost" and "steps" show the tracer's own work: it may differ between tracers, never between workers or tiles. */
+/* The integrators "cost" and "steps" show the tracer's own work: it may differ between tracers, never between workers or tiles.
+ */
 static int one_integrator(rt_scene *scene, const char *name, const char *integrator, FILE *out)
 {
     int differing = 0;
