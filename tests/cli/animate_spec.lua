@@ -59,6 +59,25 @@ describe("animate", function()
     assert.not_equal(hash_of(folder .. "/img/f000.png"), hash_of(folder .. "/img/f001.png"))
   end)
 
+  it("blurs what moves while the shutter is open", function()
+    local function hash(shutter)
+      local folder = support.folder()
+      local path = support.write(folder .. "/a.lua", ([[
+local rt = require "rt"
+return rt.animation { frames = 2%s, scene = function(t)
+  return rt.scene { settings = { size = {16, 12}, samples = 8 }, camera = rt.camera { eye = {0, 0, 6}, look_at = {0, 0, 0} },
+    rt.point_light { at = {4, 4, 4} },
+    rt.instance { rt.sphere { center = {0, 0, 0}, radius = 1 }, transform = rt.translate(2 * t, 0, 0), name = "ball" } }
+end }]]):format(shutter))
+      local r = animate(path, "-q", "-o", folder .. "/%d.png")
+      assert.equal(0, r.status, r.err)
+      return hash_of(folder .. "/0.png")
+    end
+    assert.equal(hash "", hash "")
+    assert.not_equal(hash "", hash ", shutter = 0.5")
+    assert.not_equal(hash ", shutter = 1", hash ", shutter = 0.5")
+  end)
+
   it("renders ranges of frames, each frame once", function()
     local folder = support.folder()
     local path = script(folder, { frames = 12 })
