@@ -300,6 +300,20 @@ static void push_workers(lua_State *L, handle *h)
     lua_remove(L, -2);
 }
 
+/* A list of booleans, one a material, in the order of scene:looks(). */
+static void push_touched(lua_State *L, handle *h)
+{
+    uint32_t count = rt_job_touched_materials(h->job, NULL, 0);
+    uint8_t *touched = lua_newuserdatauv(L, count ? count : 1, 0);
+    rt_job_touched_materials(h->job, touched, count);
+    lua_createtable(L, (int)count, 0);
+    for (uint32_t i = 0; i < count; i++) {
+        lua_pushboolean(L, touched[i]);
+        lua_rawseti(L, -2, (lua_Integer)i + 1);
+    }
+    lua_remove(L, -2);
+}
+
 static int stats(lua_State *L)
 {
     handle *h = check(L, 1);
@@ -330,6 +344,8 @@ static int stats(lua_State *L)
     set_count(L, "checkpoints", c.written);
     set_count(L, "checkpoints_failed", c.failed);
     set_number(L, "checkpoint_seconds", c.seconds);
+    push_touched(L, h);
+    lua_setfield(L, -2, "touched");
     push_workers(L, h);
     lua_setfield(L, -2, "per_worker");
     return 1;

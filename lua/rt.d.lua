@@ -102,6 +102,7 @@ function rt.render(scene, options) end
 ---@field checkpoints integer times the checkpoint was written
 ---@field checkpoints_failed integer times it could not be
 ---@field checkpoint_seconds number spent on that by a worker
+---@field touched boolean[] for each material, in the order of Scene:looks(): whether a ray looked at it
 ---@field per_worker { busy_seconds: number, cpu_seconds: number, rays: integer, tiles: integer }[]
 
 ---@class rt.scene
@@ -314,6 +315,11 @@ function Scene:info() end
 ---Hash of all that can change a picture: 32 hexadecimal digits.
 ---@return string
 function Scene:hash() end
+
+---The hash in parts: rest, of all but the looks of materials, and of each material's look with its textures. A scene of the same rest that differs in looks
+---of materials that were not touched (stats.touched) renders the same bits.
+---@return { rest: string, [integer]: string }
+function Scene:looks() end
 
 ---Corners of the box around everything finite, nil when there is nothing.
 ---@return number[]? low

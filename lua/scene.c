@@ -91,6 +91,26 @@ static int hash(lua_State *L)
     return 1;
 }
 
+/* scene_looks(scene) -> { rest = hash, hash of the look of material 0, 1, ... } */
+static int looks(lua_State *L)
+{
+    rtl_context *c;
+    rt_scene *scene = rtl_check_scene(L, 1, &c);
+    char rest[33];
+    uint32_t count = 0;
+    rtl_check(L, c, rt_scene_looks_hash(scene, rest, NULL, 0, &count));
+    char(*text)[33] = lua_newuserdatauv(L, (size_t)(count ? count : 1) * sizeof *text, 0);
+    rtl_check(L, c, rt_scene_looks_hash(scene, NULL, text, count, NULL));
+    lua_createtable(L, (int)count, 1);
+    for (uint32_t i = 0; i < count; i++) {
+        lua_pushstring(L, text[i]);
+        lua_rawseti(L, -2, (lua_Integer)i + 1);
+    }
+    lua_pushstring(L, rest);
+    lua_setfield(L, -2, "rest");
+    return 1;
+}
+
 static int save(lua_State *L)
 {
     rtl_context *c;
@@ -204,9 +224,10 @@ static int info(lua_State *L)
 void rtl_open_scene(lua_State *L)
 {
     static const luaL_Reg methods[] = {{NULL, NULL}};
-    static const luaL_Reg functions[] = {{"scene", create},        {"scene_load", load},         {"scene_release", release},
-                                         {"scene_hash", hash},     {"scene_save", save},         {"scene_info", info},
-                                         {"scene_bounds", bounds}, {"scene_tracer", set_tracer}, {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"scene", create},    {"scene_load", load},     {"scene_release", release},
+                                         {"scene_hash", hash}, {"scene_looks", looks},   {"scene_save", save},
+                                         {"scene_info", info}, {"scene_bounds", bounds}, {"scene_tracer", set_tracer},
+                                         {NULL, NULL}};
     rtl_class(L, RTL_SCENE, methods, release, to_string);
     rtl_add_functions(L, functions);
 }

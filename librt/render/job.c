@@ -193,6 +193,27 @@ void rt_job_checkpoint_stats(rt_job *job, rt_checkpoint_stats *stats)
     pthread_mutex_unlock(&job->lock);
 }
 
+static bool has_touched(const rt_job *job, uint32_t material)
+{
+    const rtk_material *m = &job->frame.scene->materials[material];
+    bool all = job->keeper && (job->keeper->stats.tiles_resumed || job->keeper->stats.tiles_begun);
+    bool found = all || job->state == RT_JOB_RUNNING || m->alpha_tex != RTK_INVALID;
+    for (uint32_t i = 0; i < job->worker_count && !found; i++)
+        found = job->workers[i].wave.touched[material / 32] >> material % 32 & 1u;
+    return found;
+}
+
+uint32_t rt_job_touched_materials(rt_job *job, uint8_t *touched, uint32_t capacity)
+{
+    uint32_t count;
+    pthread_mutex_lock(&job->lock);
+    count = job->frame.scene->material_count;
+    for (uint32_t i = 0; i < count && i < capacity; i++)
+        touched[i] = has_touched(job, i);
+    pthread_mutex_unlock(&job->lock);
+    return count;
+}
+
 uint32_t rt_job_worker_stats(rt_job *job, rt_worker_stats *stats, uint32_t capacity)
 {
     pthread_mutex_lock(&job->lock);

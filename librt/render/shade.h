@@ -33,6 +33,7 @@ static inline bool rti_point_at(rti_worker *w, uint32_t i, rti_point *p)
     p->s = rtk_surface_at(scene, p->ray, hit, rti_batch_time(w, i));
     p->outside = rtk_face(&p->s, p->ray.dir);
     p->material = &scene->materials[p->s.material];
+    rti_touch(w, p->s.material);
     p->footprint = p->state.width + p->state.spread * hit.t;
     if (p->material->type != RTK_MATERIAL_EMISSIVE)
         p->color = rtk_base_color(scene, p->material, p->s, p->footprint);

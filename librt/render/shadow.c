@@ -49,8 +49,10 @@ static void flush_opaque(rti_worker *w, uint32_t flags)
 }
 
 /* What is left of c behind the hit; zero when the surface lets nothing through. */
-static rtk_vec3 through(const rti_frame *f, const rti_shadows *q, uint32_t i, rtk_vec3 c)
+static rtk_vec3 through(rti_worker *w, uint32_t i, rtk_vec3 c)
 {
+    const rti_frame *f = w->frame;
+    const rti_shadows *q = &w->shadows;
     const rtk_trace_block *t = &q->trace[i / RTK_BLOCK];
     uint32_t k = i % RTK_BLOCK;
     rtk_ray ray;
@@ -63,6 +65,7 @@ static rtk_vec3 through(const rti_frame *f, const rti_shadows *q, uint32_t i, rt
     ray.mask = t->mask[k];
     s = rtk_surface_at(f->scene, ray, rti_hit_at(q->hits, i), f->moving ? q->times[i] : 0.0f);
     m = &f->scene->materials[s.material];
+    rti_touch(w, s.material);
     if (!(m->flags & RTK_MAT_TRANSPARENT) || (m->flags & RTK_MAT_OPAQUE_SHADOW))
         return rtk_v3(0.0f, 0.0f, 0.0f);
     return rtk_mul(c, rtk_crossing(m, rtk_base_color(f->scene, m, s, 0.0f)));
@@ -117,7 +120,7 @@ static void flush_tinted(rti_worker *w, uint32_t flags)
                 rti_add(w, q->pending[i / RTK_BLOCK].home[i % RTK_BLOCK], c);
                 continue;
             }
-            c = through(f, q, i, c);
+            c = through(w, i, c);
             if (!(rtk_maxabs(c) <= nothing))
                 keep(f, q, i, left++, c);
         }

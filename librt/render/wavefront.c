@@ -45,6 +45,7 @@ static size_t place(rti_worker *w, const rti_frame *f, unsigned char *memory)
     w->shadows.capacity = f->shadow_rays;
     w->times = take(&l, f->moving ? f->batch : 0, sizeof *w->times);
     w->steps = take(&l, f->set.integrator->flags & RTI_INTEGRATOR_STEPS ? f->batch : 0, sizeof *w->steps);
+    w->touched = take(&l, f->scene->material_count / 32 + 1, sizeof *w->touched);
     w->slots = take(&l, f->slot_count, sizeof *w->slots);
     w->film = take(&l, (size_t)f->slot_count << f->slot_shift, RTK_FILM_CHANNELS * sizeof *w->film);
     return l.size;
@@ -63,6 +64,7 @@ void rti_worker_init(rti_worker *worker, const rti_frame *frame, void *memory)
     place(worker, frame, memory);
     worker->slot = RTK_INVALID;
     worker->shadows.light = RTK_INVALID;
+    memset(worker->touched, 0, (frame->scene->material_count / 32 + 1) * sizeof *worker->touched);
     memset(worker->slots, 0, frame->slot_count * sizeof *worker->slots);
 }
 

@@ -82,6 +82,7 @@ typedef struct rti_worker {
     rti_lit_block *lit;
     uint32_t lit_count;
     uint64_t *film;
+    uint32_t *touched; /* a bit for each material that shading has looked at */
     rti_slot *slots;
     rti_scratch scratch;
     rti_worker_counts counts;
@@ -166,6 +167,11 @@ static inline rti_ray_state rti_batch_state(const rti_worker *w, uint32_t i)
 static inline float rti_batch_time(const rti_worker *w, uint32_t i)
 {
     return w->frame->moving ? w->times[i] : 0.0f;
+}
+
+static inline void rti_touch(rti_worker *w, uint32_t material)
+{
+    w->touched[material / 32] |= 1u << material % 32;
 }
 
 /* Adds light to the film. */

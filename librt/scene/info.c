@@ -21,6 +21,73 @@ rt_status rt_scene_hash(const rt_scene *scene, char text[33])
     return RT_OK;
 }
 
+static void add_rest(void *data, const rti_chunk *chunk, uint32_t group)
+{
+    if (chunk->kind == RTK_CHUNK_TREE || chunk->kind == RTK_CHUNK_MATERIAL || chunk->kind == RTK_CHUNK_TEXTURE ||
+        chunk->kind == RTK_CHUNK_WORLD)
+        return;
+    rti_hasher_add(data, &group, sizeof group);
+    rti_hasher_add(data, &chunk->hash, sizeof chunk->hash);
+}
+
+/* A texture by its content; where it stands among the others is of no matter. */
+static void add_texture(rti_hasher *h, const rti_snapshot *s, uint32_t texture)
+{
+    rti_hash none = {0, 0};
+    rti_hasher_add(h, texture < s->texture_count ? &s->textures[texture]->hash : &none, sizeof none);
+}
+
+static rti_hash hash_rest(const rti_snapshot *s)
+{
+    const rtk_scene *v = &s->view;
+    rtk_world world = *v->world;
+    float growth = 0.0f; /* of rays, by which the film's unit is chosen */
+    rti_hasher h;
+    rti_hasher_init(&h);
+    rti_snapshot_each(s, add_rest, &h);
+    add_texture(&h, s, world.background_tex);
+    world.background_tex = 0;
+    rti_hasher_add(&h, &world, sizeof world);
+    for (uint32_t i = 0; i < v->material_count; i++) {
+        const rtk_material *m = &v->materials[i];
+        uint32_t kind[2] = {m->type, m->flags};
+        rti_hasher_add(&h, kind, sizeof kind);
+        add_texture(&h, s, m->alpha_tex);
+        rti_hasher_add(&h, &m->alpha_cut, sizeof m->alpha_cut);
+        if (m->reflectiveness > 0.0f && m->transparency > 0.0f)
+            growth = rtk_max(growth, m->reflectiveness + m->transparency);
+    }
+    rti_hasher_add(&h, &growth, sizeof growth);
+    return rti_hasher_end(&h);
+}
+
+static rti_hash hash_look(const rti_snapshot *s, const rtk_material *material)
+{
+    rtk_material m = *material;
+    rti_hasher h;
+    rti_hasher_init(&h);
+    add_texture(&h, s, m.color_tex);
+    add_texture(&h, s, m.alpha_tex);
+    m.color_tex = m.alpha_tex = 0;
+    rti_hasher_add(&h, &m, sizeof m);
+    return rti_hasher_end(&h);
+}
+
+rt_status rt_scene_looks_hash(const rt_scene *scene, char rest[33], char (*looks)[33], uint32_t capacity, uint32_t *count)
+{
+    rti_snapshot *s = committed(scene, "rt_scene_looks_hash");
+    if (!s)
+        return RT_ERROR_STATE;
+    if (rest)
+        rti_hash_text(rest, hash_rest(s));
+    for (uint32_t i = 0; looks && i < s->view.material_count && i < capacity; i++)
+        rti_hash_text(looks[i], hash_look(s, &s->view.materials[i]));
+    if (count)
+        *count = s->view.material_count;
+    rti_snapshot_release(s);
+    return RT_OK;
+}
+
 static void count_chunk(void *data, const rti_chunk *chunk, uint32_t group)
 {
     rt_scene_info *info = data;

@@ -453,6 +453,12 @@ function methods.hash(self)
   return core.scene_hash(self.handle)
 end
 
+-- The same in parts: { rest = hash of all but the looks of materials, hash of each material's look ... } in the order of stats.touched.
+function methods.looks(self)
+  self:commit()
+  return core.scene_looks(self.handle)
+end
+
 -- Corners of the box around everything finite; nil when there is nothing.
 function methods.bounds(self)
   return core.scene_bounds(self.handle)

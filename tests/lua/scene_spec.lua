@@ -3,6 +3,31 @@
 local support = require "support"
 local rt, raises = support.rt, support.raises
 
+describe("looks", function()
+  it("that no ray touched change nothing", function()
+    local function scene(color)
+      return support.ball {
+        rt.sphere { center = { 0, 1, 0 }, radius = 1, material = rt.classic { color = { 1, 0.2, 0.1 } } },
+        rt.sphere { center = { 0, 1, 50 }, radius = 1, material = rt.classic { color = color } }, rt.point_light { at = { 3, 5, 4 } },
+      }
+    end
+    local a, b = scene { 1, 0, 0 }, scene { 0, 1, 0 }
+    local image, stats = a:render()
+    local before, after, differing = a:looks(), b:looks(), 0
+    assert.equal(before.rest, after.rest)
+    assert.equal(#stats.touched, #before)
+    for i, hash in ipairs(before) do
+      if hash ~= after[i] then
+        differing = differing + 1
+        assert.is_false(stats.touched[i])
+      end
+    end
+    assert.equal(1, differing)
+    assert.not_equal(a:hash(), b:hash())
+    assert.equal(image:hash(), b:render():hash())
+  end)
+end)
+
 describe("a render", function()
   it("gives the picture", function()
     local scene = support.ball()

@@ -119,6 +119,13 @@ typedef struct rt_checkpoint_stats {
 /** What a job had to do with its checkpoint; zeros without one. */
 RT_API void rt_job_checkpoint_stats(rt_job *job, rt_checkpoint_stats *stats);
 
+/** Which materials the job's rays looked at: touched[i] is 1 when material i of the committed scene (in rt_scene_looks_hash's order) was, for what a ray of
+ *  the picture or a shadow ray through a transparent body met, else 0. The same for any workers, tiles and tracer. Cut-out materials (alpha maps)
+ *  always count; so do all while the job runs, and in one that went on from a checkpoint. If the picture is whole, and another scene has the same
+ *  `rest` and differs only in looks of materials that are 0 here, its picture has the same bits.
+ *  Writes at most capacity entries; returns the number of materials. */
+RT_API uint32_t rt_job_touched_materials(rt_job *job, uint8_t *touched, uint32_t capacity);
+
 typedef struct rt_worker_stats {
     double busy_seconds, cpu_seconds; /**< inside tiles; wall and the thread's CPU time */
     uint64_t rays;

@@ -317,6 +317,11 @@ RT_API void rt_scene_cancel(rt_scene *scene);
 
 /** Content hash of the committed snapshot (all that can change an image, without trees), 32 hex digits and NUL. Errors STATE. */
 RT_API rt_status rt_scene_hash(const rt_scene *scene, char text[33]);
+/** The same in parts, 32 hex digits and NUL each: rest, of all but the looks of materials; looks[i] (at most capacity), of material i with what its
+ *  textures hold. Materials stand in the order of their handles, those of instanced scenes behind. rest has what a material decides beside its look:
+ *  whether shadow rays pass, its kind and cut-out, and the film's unit. *count receives the number of materials; rest, looks and count may be NULL.
+ *  Errors STATE. */
+RT_API rt_status rt_scene_looks_hash(const rt_scene *scene, char rest[33], char (*looks)[33], uint32_t capacity, uint32_t *count);
 
 typedef struct rt_tree_info {
     const char *name; /**< "kdtree", "octree" */
