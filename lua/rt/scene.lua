@@ -442,20 +442,25 @@ local function is_dirty(self)
   return false
 end
 
--- Hash of all that can change a picture, settings apart; a camera that follows from the settings' shape is in it. No tree is built for it.
-function methods.hash(self)
+-- Committed for its hashes: with the camera that follows from the settings' shape, and without a tree.
+local function commit_description(self)
   local values = self:effective()
   frame(self, values.width, values.height)
   if not self.read_only and is_dirty(self) then
     values.accel = "brute"
     commit(self, values)
   end
+end
+
+-- Hash of all that can change a picture, settings apart.
+function methods.hash(self)
+  commit_description(self)
   return core.scene_hash(self.handle)
 end
 
 -- The same in parts: { rest = hash of all but the looks of materials, hash of each material's look ... } in the order of stats.touched.
 function methods.looks(self)
-  self:commit()
+  commit_description(self)
   return core.scene_looks(self.handle)
 end
 

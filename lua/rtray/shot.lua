@@ -36,18 +36,51 @@ function shot.describe(stage, frame)
   end
   local scene = animation:scene_at(frame)
   local settings = json.encode(report.picture_settings((scene:effective())))
-  local description = scene:hash()
+  local description, looks = scene:hash(), scene:looks()
+  local function key(what)
+    return sys.sha256(table.concat({ "librt " .. require("rt").version, settings, save_text(stage.save), what,
+      stage.values.no_metadata and "no metadata" or nil }, "\n"))
+  end
   return {
     before = before, frame = frame, scene = scene, opened = { scene = scene, run = run, frame = frame }, description = description,
-    settings = settings,
-    key = sys.sha256(table.concat({ "librt " .. require("rt").version, settings, save_text(stage.save), description,
-      stage.values.no_metadata and "no metadata" or nil }, "\n")),
+    settings = settings, looks = looks, key = key(description), rest = key(looks.rest),
   }
 end
 
--- May the picture that a record is about stand for this description? "key": it is the same.
+-- The looks of a description's materials as a record holds them. touched: which of them the rays of its picture looked at.
+local function materials_of(looks, touched)
+  local list = {}
+  for i, hash in ipairs(looks) do
+    list[i] = { hash = hash, touched = touched(i) }
+  end
+  return list
+end
+
+-- May the picture that a record is about stand for this description? "key": it is the same; "looks": it differs in the looks of materials that no
+-- ray of the picture met.
 function shot.matches(described, record)
-  return record.key == described.key and "key" or nil
+  if record.key == described.key then
+    return "key"
+  end
+  local materials = record.materials or {}
+  if record.rest ~= described.rest or #materials ~= #described.looks then
+    return nil
+  end
+  for i, m in ipairs(materials) do
+    if m.touched and m.hash ~= described.looks[i] then
+      return nil
+    end
+  end
+  return "looks"
+end
+
+-- Makes a record that matches by looks one of this description: its rays are the same, so they have met the same materials.
+function shot.renew(record, described)
+  local before = record.materials
+  record.key, record.description = described.key, described.description
+  record.materials = materials_of(described.looks, function(i)
+    return before[i].touched
+  end)
 end
 
 -- Starts the render with so many workers (nil: the settings'). It goes on from the checkpoint of an earlier one, and keeps its own there.
@@ -93,8 +126,11 @@ function shot.finish(stage, ledger, described)
   stage.seconds = stats.seconds
   described.width, described.height, described.image, described.stats = width, height, image:hash(), stats
   ledger:put(described.frame, {
-    key = described.key, description = described.description, image = described.image, settings = described.settings,
+    key = described.key, rest = described.rest, description = described.description, image = described.image, settings = described.settings,
     seconds = ("%.3f"):format(stats.seconds),
+    materials = materials_of(described.looks, function(i)
+      return stats.touched[i] ~= false
+    end),
   }, part, stage.target.place(described.frame))
   recipe.beside(stage.target.place(described.frame), save.format, save.text)
   image:release()

@@ -122,6 +122,31 @@ end }]]):format(shutter))
     assert.same({ 0, 6 }, { go { frames = 6, body = "t = frame / 4" } } and { 0, 6 })
   end)
 
+  it("renders of an edited material only the frames whose rays met it, though all describe it", function()
+    local folder = support.folder()
+    local function go(color, to)
+      local path = support.write(folder .. "/m.lua", ([[
+local rt = require "rt"
+return rt.animation { frames = 12, fps = 12, scene = function(t, frame)
+  return rt.scene {
+    settings = { size = {16, 12}, samples = 2 }, camera = rt.camera { eye = {0, 0, 6}, look_at = {0, 0, 0} }, ambient = {0.3, 0.3, 0.3},
+    rt.point_light { at = {4, 4, 4} }, rt.sphere { center = {-1, 0, 0}, radius = 1 },
+    rt.sphere { center = {1.2, 0, frame %% 4 == 1 and 0 or 40}, radius = 1, material = rt.classic { color = %s } }, -- else behind the camera
+  }
+end }]]):format(color))
+      local r = animate(path, "-o", folder .. "/" .. to)
+      assert.equal(0, r.status, r.err)
+      return { counts(r) }
+    end
+    assert.same({ 12, 0 }, go("{1, 0, 0}", "a%02d.png"))
+    assert.same({ 3, 9 }, go("{0, 1, 0}", "a%02d.png"))
+    assert.same({ 0, 12 }, go("{0, 1, 0}", "a%02d.png"))
+    assert.same({ 12, 0 }, go("{0, 1, 0}", "fresh%02d.png"))
+    for i = 0, 11 do
+      assert.equal(hash_of(("%s/fresh%02d.png"):format(folder, i)), hash_of(("%s/a%02d.png"):format(folder, i)))
+    end
+  end)
+
   it("renders again when a texture's bytes change under its name", function()
     local folder = support.folder()
     local function texture(byte)
