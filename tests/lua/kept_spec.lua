@@ -109,7 +109,8 @@ describe("what is kept", function()
     local last_resident, last_held = peaks(count - 99, count)
     assert.is_true(last_held <= 1.01 * held, ("the renderer held %d bytes, at last %d"):format(held, last_held))
     if not os.getenv "RT_TEST_SLOW" then -- a sanitizer's own bookkeeping grows
-      assert.is_true(last_resident <= 1.01 * resident, ("resident pages: %d, at last %d"):format(resident, last_resident))
+      local noise = full and 0 or 64 -- pages: where threads happen to allocate
+      assert.is_true(last_resident <= 1.01 * resident + noise, ("resident pages: %d, at last %d"):format(resident, last_resident))
     end
   end)
 end)
