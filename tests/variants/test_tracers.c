@@ -157,6 +157,12 @@ static void sweep_closest(const test_world *w, uint64_t count, const char *what)
                   (unsigned long long)count);
 }
 
+static uint64_t closest_count(void)
+{
+    const char *full = getenv("LIBRT_FULL"), *closest = getenv("LIBRT_CLOSEST");
+    return closest ? strtoull(closest, NULL, 10) : (full && full[0] == '1' ? 10000000u : 0u);
+}
+
 static rt_context *context(void)
 {
     rt_context_desc d = rt_context_desc_default();
@@ -166,8 +172,10 @@ static rt_context *context(void)
     return ctx;
 }
 
-/* One mesh as the whole scene, by both kd builders, for rays against brute force. */
-static void sweep_mesh(test_mesh *m, float scale, float move, uint64_t count, const char *what)
+/* One mesh as the whole scene, by both kd builders, for rays against brute force; closest: for so many by their closest hits
+ * alone.
+ */
+static void sweep_mesh(test_mesh *m, float scale, float move, uint64_t count, uint64_t closest, const char *what)
 {
     rt_context *ctx = context();
     test_mesh_place(m, scale, move);
@@ -177,6 +185,8 @@ static void sweep_mesh(test_mesh *m, float scale, float move, uint64_t count, co
         test_world_mesh(&w, 0, m, 0xffffffffu);
         assert_int_equal(test_world_commit(&w, &(rti_build_settings){.builder = builder}), RT_OK);
         sweep(&w, rti_tracer_find("brute"), count, what);
+        if (closest)
+            sweep_closest(&w, closest, what);
         test_world_free(&w);
     }
     test_mesh_free(m);
@@ -189,7 +199,7 @@ static void test_soup(void **state)
     (void)state;
     test_mesh_soup(&m, 800, 0.2f, 5);
     test_mesh_soup(&m, 8, 3.0f, 6);
-    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), "soup");
+    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), closest_count(), "soup");
 }
 
 static void test_slivers(void **state)
@@ -197,7 +207,7 @@ static void test_slivers(void **state)
     test_mesh m = {0};
     (void)state;
     test_mesh_slivers(&m, 600);
-    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), "slivers");
+    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), 0, "slivers");
 }
 
 static void test_lattice(void **state)
@@ -205,7 +215,7 @@ static void test_lattice(void **state)
     test_mesh m = {0};
     (void)state;
     test_mesh_lattice(&m, 10);
-    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), "lattice");
+    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), 0, "lattice");
 }
 
 static void test_nested(void **state)
@@ -213,7 +223,7 @@ static void test_nested(void **state)
     test_mesh m = {0};
     (void)state;
     test_mesh_nested(&m, 40);
-    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), "nested boxes");
+    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), 0, "nested boxes");
 }
 
 /* The promises table's scales and moves; extents are about 2. */
@@ -225,7 +235,7 @@ static void test_scaled_and_moved(void **state)
         test_mesh m = {0};
         test_mesh_soup(&m, 300, 0.2f, 9);
         test_mesh_lattice(&m, 5);
-        sweep_mesh(&m, places[i][0], places[i][1], ray_count() / 4, "soup and lattice, scaled and moved");
+        sweep_mesh(&m, places[i][0], places[i][1], ray_count() / 4, 0, "soup and lattice, scaled and moved");
     }
 }
 
@@ -384,8 +394,6 @@ static void test_instances(void **state)
 static void test_meshes(void **state)
 {
     static const char *const names[] = {"bunny", "sponza", "sibenik", "spot"};
-    const char *full = getenv("LIBRT_FULL"), *closest = getenv("LIBRT_CLOSEST");
-    uint64_t closest_count = closest ? strtoull(closest, NULL, 10) : (full && full[0] == '1' ? 10000000u : 0u);
     (void)state;
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         rt_context *ctx = context();
@@ -401,8 +409,8 @@ static void test_meshes(void **state)
         assert_int_equal(test_world_commit(&w, NULL), RT_OK);
         sweep(&w, rti_tracer_find("kdtree"), ray_count(), names[i]);
         sweep(&w, rti_tracer_find("brute"), ray_count() / 100, names[i]);
-        if (closest_count)
-            sweep_closest(&w, closest_count, names[i]);
+        if (closest_count())
+            sweep_closest(&w, closest_count(), names[i]);
         test_world_free(&w);
         test_mesh_free(&m);
         rt_context_destroy(ctx);
