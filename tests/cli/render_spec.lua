@@ -161,7 +161,7 @@ return rt.scene { settings = { width = 4, height = 4 }, rt.sphere { center = {0,
     end
     local folder = support.folder()
     local line = "stty cols 50; " .. support.command { "render", support.small(folder), "--size", "200x150", "-n", "64", "-o", folder .. "/x.png" }
-    local r = support.shell("script -qec " .. support.quote(line) .. " /dev/null")
+    local r = support.shell("TERM=xterm script -qec " .. support.quote(line) .. " /dev/null")
     local longest = 0
     for part in r.out:gmatch "\r([^\r\27]+)\27%[K" do
       longest = math.max(longest, #part)
