@@ -9,7 +9,7 @@ local function quote(text)
 end
 
 assert(loadfile(here .. "/ldoc.lua"))(stub, "rt.lua")
-local pipe = assert(io.popen("HOME=. " .. quote(ldoc) .. " --fatalwarnings . 2>&1") -- LDoc fails without a HOME)
+local pipe = assert(io.popen("HOME=. " .. quote(ldoc) .. " --fatalwarnings . 2>&1")) -- LDoc fails without a HOME
 local said = pipe:read "a"
 local ok = pipe:close()
 assert(ok and not said:lower():find "warning", said)
