@@ -13,7 +13,10 @@ rtk_tree rti_tree_view(const void *chunk)
     v.hi = rtk_v3(h->hi[0], h->hi[1], h->hi[2]);
     v.kd = h->kind == RTK_TREE_KD ? (const rtk_kdnode *)(const void *)(bytes + h->off_nodes) : NULL;
     v.oct = h->kind == RTK_TREE_OCTREE ? (const rtk_octnode *)(const void *)(bytes + h->off_nodes) : NULL;
+    v.bvh = h->kind == RTK_TREE_BVH ? (const rtk_bvhnode *)(const void *)(bytes + h->off_nodes) : NULL;
     v.refs = (const rtk_u32 *)(const void *)(bytes + h->off_refs);
+    v.block_count = h->kind == RTK_TREE_BVH ? h->block_count : 0;
+    v.blocks = v.block_count ? (const rtk_bvhblock *)(const void *)(bytes + h->off_blocks) : NULL;
     return v;
 }
 

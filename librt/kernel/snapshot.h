@@ -91,7 +91,7 @@ typedef struct rtk_geometry_header {
 
 /* ---- trees ---------------------------------------------------------------------------------------------------------- */
 
-enum { RTK_TREE_NONE = 0, RTK_TREE_KD, RTK_TREE_OCTREE };
+enum { RTK_TREE_NONE = 0, RTK_TREE_KD, RTK_TREE_OCTREE, RTK_TREE_BVH };
 
 /* References: in a group, r < tri_count is triangle r, else shape r - tri_count; at the top level, an instance. */
 typedef struct rtk_kdnode {
@@ -107,6 +107,27 @@ typedef struct rtk_octnode {
     rtk_u32 pad;
 } rtk_octnode;
 
+/* Bounding volume hierarchy, eight wide. What a slot holds (bvh.h says how to walk it):
+ *   inner   count 0, child the node's index (greater than this node's)
+ *   leaf    count references from refs[child] on
+ *   empty   child and count 0, lo +inf and hi -inf; behind the others
+ * Slots descend in the area of their boxes. */
+#define RTK_BVH_WIDTH 8u
+typedef struct rtk_bvhnode {
+    float box[3][2][RTK_BVH_WIDTH]; /* [axis][lo, hi][slot]: grown by RTK_GROW * scale (ray.h, theory point 3) */
+    rtk_u32 child[RTK_BVH_WIDTH], count[RTK_BVH_WIDTH];
+} rtk_bvhnode;
+
+/* Four triangles of a leaf side by side: copies of their vertices, [axis][lane]. Block b is of refs[4 b] ... refs[4 b + 3]: a
+ * leaf with child < 4 * block_count holds triangles alone, child is a multiple of 4, and its blocks are child / 4 to
+ * (child + count + 3) / 4 - 1. What is over in the last one repeats the leaf's last triangle, in the block and in refs: it may be
+ * tested like the others. Leaves over anything else have their references behind 4 * block_count; so have all where a tree has
+ * no blocks. */
+#define RTK_BVH_BLOCK 4u
+typedef struct rtk_bvhblock {
+    float v0[3][RTK_BVH_BLOCK], v1[3][RTK_BVH_BLOCK], v2[3][RTK_BVH_BLOCK];
+} rtk_bvhblock;
+
 typedef struct rtk_tree_header {
     rtk_u32 kind; /* RTK_TREE_* */
     rtk_u32 node_count, ref_count;
@@ -118,8 +139,10 @@ typedef struct rtk_tree_header {
     float cost_traverse, cost_intersect, empty_bonus;
     rtk_u32 max_depth, flags;
     float build_seconds; /* a fact about this build; not part of the chunk's hash */
-    rtk_u32 pad[1];
-    rtk_u64 off_nodes, off_refs;
+    rtk_u32 block_count; /* BVH; 0: no leaf has blocks */
+    rtk_u64 off_nodes, off_refs, off_blocks;
+    rtk_u32 filler_count; /* references, among ref_count, that only fill up blocks */
+    rtk_u32 pad;
 } rtk_tree_header;
 
 typedef struct rtk_tree {
@@ -127,7 +150,10 @@ typedef struct rtk_tree {
     rtk_vec3 lo, hi;
     RT_GLOBAL const rtk_kdnode *kd;
     RT_GLOBAL const rtk_octnode *oct;
+    RT_GLOBAL const rtk_bvhnode *bvh; /* 64-byte aligned, as blocks are */
+    RT_GLOBAL const rtk_bvhblock *blocks;
     RT_GLOBAL const rtk_u32 *refs;
+    rtk_u32 block_count;
 } rtk_tree;
 
 /* ---- top level -------------------------------------------------------------------------------------------------------- */
@@ -274,7 +300,7 @@ typedef struct rtk_part {
     float scale;
     rtk_u32 count;
     rtk_tree all;            /* no tree: refs is the list of the part's primitives, 0: it is the group */
-    rtk_tree kdtree, octree; /* kind NONE when not built */
+    rtk_tree kdtree, octree, bvh; /* kind NONE when not built */
 } rtk_part;
 
 typedef struct rtk_group {
@@ -298,7 +324,7 @@ typedef struct rtk_scene {
     RT_GLOBAL const rtk_motion *motions;
     rtk_vec3 top_lo, top_hi;
     float top_scale;
-    rtk_tree top_all, top_kdtree, top_octree; /* top_all: no tree, no list */
+    rtk_tree top_all, top_kdtree, top_octree, top_bvh; /* top_all: no tree, no list */
     RT_GLOBAL const rtk_material *materials;
     RT_GLOBAL const rtk_texture *textures;
     RT_GLOBAL const rtk_light *lights;

@@ -20,4 +20,6 @@ __kernel void sizes(__global rtk_u32 *out)
     out[9] = sizeof(rtk_tree_header);
     out[10] = sizeof(rtk_kdnode);
     out[11] = sizeof(rtk_octnode);
+    out[12] = sizeof(rtk_bvhnode);
+    out[13] = sizeof(rtk_bvhblock);
 }
