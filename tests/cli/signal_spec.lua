@@ -2,47 +2,45 @@ local support = require "support"
 
 local ENDLESS = "local n = 0\nwhile true do n = n + 1 end\n"
 
--- Runs the program, sends it a signal after some seconds, returns what support.shell does. A process that a shell starts in the background
--- ignores SIGINT; one started by timeout does not.
-local function interrupted(args, signal, seconds)
-  return support.shell(("timeout --preserve-status -s %s -k 20 %s %s"):format(signal, seconds, support.command(args)))
+-- Longer than anybody waits, of tiles that are soon finished.
+local function long_render(folder, ...)
+  support.small(folder)
+  return { "render", "small.lua", "--size", "1000x750", "-n", "65536", "--tile", "4", "--progress", "json", "-o", "x.png", ... }
 end
 
-local function long_render(folder)
-  return { "render", support.small(folder), "--size", "800x600", "-n", "4096", "-o", folder .. "/x.png" }
+local FINISHED = [[grep -q '"done":[0-9.e-]*[1-9]' "$LOG"]] -- some of the picture
+
+-- A script that says when it is there.
+local function at(folder, lines)
+  support.write(folder .. "/x.lua", "io.stderr:write 'it runs'\n" .. lines)
+  return { "render", "x.lua" }, 'grep -q "it runs" "$LOG"'
 end
 
 describe("a signal", function()
   it("ends a render, saves what is finished and says how to go on", function()
-    for signal, status in pairs { INT = 130, TERM = 143 } do
+    for _, case in ipairs { { "INT", 130 }, { "TERM", 143 } } do
       local folder = support.folder()
-      local r = interrupted(long_render(folder), signal, 2)
-      assert.equal(status, r.status, r.err)
-      assert.truthy(r.err:find "interrupted at %d+%%; ", r.err)
-      if r.err:find("nothing was finished", 1, true) then
-        assert.is_false(support.exists(folder .. "/x.png"))
-      else
-        assert.truthy(r.err:find("The same command renders it whole", 1, true), r.err)
-        assert.equal("\137PNG", support.read(folder .. "/x.png"):sub(1, 4))
-        assert.truthy(r.err:find("x.png", 1, true))
-      end
+      local r = support.ended(long_render(folder), case[1], FINISHED, folder)
+      assert.same({ true, case[2] }, { r.met, r.status }, r.err)
+      assert.truthy(r.err:find "interrupted at %d+%%; what is finished is in 'x.png'", r.err)
+      assert.truthy(r.err:find("The same command renders it whole", 1, true), r.err)
+      assert.equal("\137PNG", support.read(folder .. "/x.png"):sub(1, 4))
     end
   end)
 
-  it("ends a render within a second", function()
+  it("that comes before anything is finished leaves no file", function()
     local folder = support.folder()
-    local line = support.command(long_render(folder))
-    local r = support.shell("bash -c " .. support.quote("exec 2>/dev/null; time -p timeout -s TERM 1 " .. line .. " 2>err") .. " 2>time; cat err")
-    assert.truthy(r.out:find("interrupted at", 1, true), r.out)
+    local r = support.ended(long_render(folder, "--tile", "1024"), "INT", 'grep -q progress "$LOG"', folder)
+    assert.same({ true, 130 }, { r.met, r.status }, r.err)
+    assert.truthy(r.err:find("interrupted at 0%; nothing was finished, so nothing was written", 1, true), r.err)
+    assert.is_false(support.exists(folder .. "/x.png"))
   end)
 
   it("keeps the old file when an image is made in bands", function()
     local folder = support.folder()
     support.write(folder .. "/x.png", "old")
-    local args = long_render(folder)
-    args[#args + 1] = "--bands"
-    local r = interrupted(args, "INT", 2)
-    assert.equal(130, r.status, r.err)
+    local r = support.ended(long_render(folder, "--bands"), "INT", FINISHED, folder)
+    assert.same({ true, 130 }, { r.met, r.status }, r.err)
     assert.truthy(r.err:find("is as it was", 1, true), r.err)
     assert.equal("old", support.read(folder .. "/x.png"))
     assert.equal("x.png\n", support.shell("ls " .. support.quote(folder) .. " | grep -v small.lua").out)
@@ -50,17 +48,17 @@ describe("a signal", function()
 
   it("ends a script that runs for ever", function()
     local folder = support.folder()
-    local r = interrupted({ "render", support.write(folder .. "/x.lua", ENDLESS) }, "INT", 0.5)
-    assert.equal(130, r.status, r.err)
+    local args, event = at(folder, ENDLESS)
+    local r = support.ended(args, "INT", event, folder)
+    assert.same({ true, 130 }, { r.met, r.status }, r.err)
     assert.truthy(r.err:find("interrupted", 1, true), r.err)
   end)
 
-  it("that comes twice ends at once, also a script that catches the first", function()
+  it("that comes again ends at once, also a script that catches the first", function()
     local folder = support.folder()
-    local script = support.write(folder .. "/x.lua", "while true do pcall(function() while true do end end) end")
-    local line = ("%s & pid=$!; sleep 0.5; kill -TERM $pid; sleep 0.3; kill -TERM $pid; wait $pid"):format(support.command { "render", script })
-    local r = support.shell("bash -c " .. support.quote(line .. "; exit $?"))
-    assert.equal(143, r.status, r.err)
+    local args, event = at(folder, "while true do pcall(function() while true do end end) end")
+    local r = support.ended(args, "TERM", event, folder, "kill -TERM $(cat pid)")
+    assert.same({ true, 143 }, { r.met, r.status }, r.err)
   end)
 
   it("that the starter ignores stays ignored", function()

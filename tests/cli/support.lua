@@ -69,6 +69,51 @@ function support.rtray(args)
   return support.shell((args.env or "") .. support.command(args) .. " " .. (args.tail or ""), args.cwd)
 end
 
+-- The program in the background, its number and its end told by files; `looks` counts what takes too long on any machine.
+local WATCH = [[
+{ env -C %s --default-signal=INT,TERM %s >out 2>err & echo $! >pid; wait $!; echo $? >ended.part; mv ended.part ended; } &
+met=1 looks=0
+until [ -s pid ]; do sleep 0.005; done
+until (cd %s && %s) >told 2>&1; do
+  [ -e ended ] && { met=0; break; }
+  [ $((looks += 1)) -gt 12000 ] && { echo "what was waited for does not come" >&2; break; }
+  sleep 0.005
+done
+[ -e ended ] || kill -%s $(cat pid)
+until [ -e ended ]; do
+  [ $((looks += 1)) -gt 24000 ] && { echo "it does not end" >&2; kill -KILL $(cat pid); }
+  sleep 0.005
+  %s
+done
+wait
+echo $met $(cat ended)]]
+
+-- Runs the program in `folder` until the shell's condition `event` holds there ($LOG is its standard error so far), then sends it the signal: what is
+-- seen decides, not the clock. r.met: it had not ended by itself before. more: a shell command given again and again from then on ($PID is it).
+function support.ended(args, signal, event, folder, more)
+  local place = support.folder()
+  local head = ("LOG=%s; "):format(quote(place .. "/err"))
+  local r = support.shell(head .. WATCH:format(quote(folder), support.command(args), quote(folder), event, signal, more or ":"), place)
+  local met, status = r.out:match "(%d) (%d+)%s*$"
+  r.met, r.status = met == "1", tonumber(status)
+  r.err, r.out = r.err .. support.read(place .. "/err"), support.read(place .. "/out")
+  return r
+end
+
+-- Runs `try(samples)` with more and more samples until it returns something: a render that a signal is to meet must last until it has come, which
+-- takes other work on another machine.
+function support.long_enough(try)
+  local samples = 64
+  while samples <= 65536 do
+    local result = try(samples)
+    if result then
+      return result
+    end
+    samples = samples * 4
+  end
+  error "no number of samples is long enough"
+end
+
 -- A scene that renders in milliseconds.
 support.SMALL = [[
 local rt = require "rt"

@@ -325,7 +325,8 @@ describe("rtray sweep", function()
     scene(folder, (SCENE:gsub('error%(.-%)', "while true do end")))
     local slow = support.command { "sweep", "x.lua", "-o", "out", "-q", "--over", "word=bad", "--timeout", "3" }
     local second = support.command { "sweep", "x.lua", "-o", "out", "-q", "--over", "word=good" }
-    local r = support.shell(slow .. " & sleep 1; " .. second .. "; echo $?; " .. second .. " --wait; echo $?; wait", folder)
+    local r = support.shell(slow .. " & until [ -s out/journal.jsonl ]; do sleep 0.01; done; " .. second .. "; echo $?; " .. second
+      .. " --wait; echo $?; wait", folder)
     assert.equal("1\n0\n", r.out, r.err)
     assert.truthy(r.err:find("another process works on 'out'; --wait waits until it has ended", 1, true), r.err)
     assert.truthy(r.err:find("another process works on 'out'; waiting for it", 1, true), r.err)
@@ -334,20 +335,23 @@ describe("rtray sweep", function()
   it("is ended by a signal at any stage, and its processes with it", function()
     local folder = support.folder()
     scene(folder)
-    local args = { "sweep", "x.lua", "-o", "out", "--over", "radius=0.5,1", "--size", "400x300", "-n", "4096" }
-    local r = support.shell("timeout --preserve-status -s INT -k 20 1.5 " .. support.command(args), folder)
-    assert.equal(130, r.status, r.err)
+    local args = { "sweep", "x.lua", "-o", "out", "--over", "radius=0.5,1", "--size", "2000x1500", "-n", "65536" }
+    local runs = "grep -q 'runs here' \"$LOG\" && test -s out/journal.jsonl"
+    scene(folder, "io.stderr:write 'runs here\\n'\n" .. SCENE)
+    local r = support.ended(args, "INT", "test $(grep -c 'runs here' \"$LOG\") -ge 4", folder) -- described three times, then rendered
+    assert.same({ true, 130 }, { r.met, r.status }, r.err)
     assert.truthy(r.err:find("interrupted; what is finished is in 'out', and the same command goes on", 1, true), r.err)
     local left = support.shell("for p in /proc/[0-9]*; do readlink $p/cwd; done | grep -Fxc " .. support.quote(folder)).out
     assert.equal("0\n", left) -- processes that still work in the folder
     assert.is_true(support.exists(folder .. "/out/results.csv"))
-    scene(folder, "while true do end")
-    r = support.shell("timeout --preserve-status -s TERM -k 20 1 " .. support.command(args) .. " --restart", folder)
-    assert.equal(143, r.status, r.err)
-    scene(folder)
+    scene(folder, "io.stderr:write 'runs here\\n' while true do end")
+    args[#args + 1] = "--restart"
+    r = support.ended(args, "TERM", runs, folder)
+    assert.same({ true, 143 }, { r.met, r.status }, r.err)
+    scene(folder, "io.stderr:write 'runs here\\n'\n" .. SCENE)
     args[#args + 1] = "--in-process"
-    r = support.shell("timeout --preserve-status -s INT -k 20 1.5 " .. support.command(args), folder)
-    assert.equal(130, r.status, r.err)
+    r = support.ended(args, "INT", runs, folder)
+    assert.same({ true, 130 }, { r.met, r.status }, r.err)
   end)
 
   it("compares images with a reference's", function()
