@@ -245,7 +245,8 @@ static int machine(lua_State *L)
 {
     lua_pushinteger(L, rt_cpu_count());
     lua_pushinteger(L, (lua_Integer)rt_memory_available());
-    return 2;
+    lua_pushstring(L, rt_isa());
+    return 3;
 }
 
 void rtl_open_context(lua_State *L)

@@ -343,7 +343,7 @@ static int text_hash(lua_State *L)
     return 1;
 }
 
-/* build_details(): { compiler, flags, isa } that this binary was made by and for. */
+/* build_details(): { compiler, flags, isa (of all but the hot loops) } that this binary was made by and for. */
 static int build_details(lua_State *L)
 {
 #if defined __x86_64__

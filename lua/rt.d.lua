@@ -1118,7 +1118,8 @@ function rt.sweep(desc) end
 ---@param options { workers: integer?, memory_limit: integer? }
 function rt.configure(options) end
 
----@return { cpus: integer, memory_available: integer, workers: integer, memory: integer, memory_peak: integer }
+---isa: the instruction set of the hot loops, "generic", "sse42", "avx2", "avx512" or "neon"; the environment variable RT_ISA lowers it.
+---@return { cpus: integer, isa: string, memory_available: integer, workers: integer, memory: integer, memory_peak: integer }
 function rt.machine() end
 
 ---What reading files and building trees cost since the program began, and what later scenes took over from earlier ones: files by their bytes, trees by their

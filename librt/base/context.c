@@ -35,6 +35,15 @@ static rt_status take_desc(const rt_context_desc *desc, rt_context_desc *full)
     return full->workers <= 1024 ? RT_OK : RT_ERROR_ARGUMENT;
 }
 
+/* There is no caller to blame for a variable of the environment: a wrong one is a warning. */
+static void choose_isa(rt_context *ctx)
+{
+    char why[256];
+    ctx->isa = rti_isa_choose(getenv("RT_ISA"), why, sizeof why);
+    if (why[0])
+        rti_log(ctx, RT_LOG_WARNING, "%s", why);
+}
+
 rt_status rt_context_create(const rt_context_desc *desc, rt_context **context)
 {
     rt_context_desc d;
@@ -76,6 +85,7 @@ rt_status rt_context_create(const rt_context_desc *desc, rt_context **context)
     pthread_mutex_init(&ctx->log_lock, NULL);
     pthread_mutex_init(&ctx->pool_lock, NULL);
     pthread_mutex_init(&ctx->cache_lock, NULL);
+    choose_isa(ctx);
     *context = ctx;
     return RT_OK;
 }
@@ -100,6 +110,22 @@ void rt_context_destroy(rt_context *ctx)
 uint32_t rt_context_workers(const rt_context *context)
 {
     return context->workers;
+}
+
+rti_isa rti_context_isa(const rt_context *ctx)
+{
+    return ctx->isa;
+}
+
+const char *rt_isa(void)
+{
+    char why[256];
+    return rti_isa_name(rti_isa_choose(getenv("RT_ISA"), why, sizeof why));
+}
+
+const char *rt_context_isa(const rt_context *context)
+{
+    return rti_isa_name(context->isa);
 }
 
 void rt_context_memory(const rt_context *context, uint64_t *now, uint64_t *peak)

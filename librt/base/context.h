@@ -5,6 +5,7 @@
 #include <pthread.h>
 
 #include "base.h"
+#include "isa.h"
 
 #define RTI_MESSAGE_SIZE  1024
 #define RTI_MESSAGE_SLOTS 64
@@ -33,6 +34,7 @@ struct rt_context {
     void *open_user;
     uint64_t memory_limit;
     uint32_t workers;
+    rti_isa isa;
 
     atomic_uint_fast64_t memory_now, memory_peak;
 

@@ -37,7 +37,7 @@ const char *rt_tracer_at(uint32_t index, const char **help)
     }
     if (index - 1 >= rti_tracer_count())
         return NULL;
-    t = rti_tracer_at(index - 1);
+    t = rti_tracer_at(RTI_ISA_GENERIC, index - 1);
     if (help)
         *help = t->help;
     return t->name;

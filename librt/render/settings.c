@@ -153,7 +153,7 @@ rt_status rti_settings_take(rt_context *ctx, const char *what, const rti_snapsho
     if (d->tracer && strcmp(d->tracer, "auto") == 0)
         out->tracer = rti_snapshot_tracer(snapshot);
     else
-        out->tracer = d->tracer ? rti_tracer_find(d->tracer) : NULL;
+        out->tracer = d->tracer ? rti_tracer_find(rti_context_isa(ctx), d->tracer) : NULL;
     if (!out->tracer)
         return unknown_name(ctx, what, "tracer", d->tracer, rt_tracer_at);
     out->samples = out->integrator->flags & RTI_INTEGRATOR_RAW ? 1 : d->samples;

@@ -133,12 +133,12 @@ rt_status rt_scene_set_tracer(rt_scene *scene, const char *name)
         scene->tracer = NULL;
         return RT_OK;
     }
-    if (rti_tracer_find(name)) {
-        scene->tracer = rti_tracer_find(name)->name;
+    if (rti_tracer_find(RTI_ISA_GENERIC, name)) {
+        scene->tracer = rti_tracer_find(RTI_ISA_GENERIC, name)->name;
         return RT_OK;
     }
     for (uint32_t i = 0; i < rti_tracer_count() && length < sizeof names; i++)
-        length += (size_t)snprintf(names + length, sizeof names - length, ", \"%s\"", rti_tracer_at(i)->name);
+        length += (size_t)snprintf(names + length, sizeof names - length, ", \"%s\"", rti_tracer_at(RTI_ISA_GENERIC, i)->name);
     return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "rt_scene_set_tracer: there is no tracer \"%s\"; this build has \"auto\"%s",
                     rti_quote(text, sizeof text, name, strlen(name)), names);
 }
@@ -146,11 +146,12 @@ rt_status rt_scene_set_tracer(rt_scene *scene, const char *name)
 /* The tracer of queries: the one asked for, else the best that the wanted trees allow. */
 static const rti_tracer *choose_tracer(const rt_scene *scene)
 {
+    rti_isa isa = rti_context_isa(scene->ctx);
     if (scene->tracer)
-        return rti_tracer_find(scene->tracer);
+        return rti_tracer_find(isa, scene->tracer);
     if (scene->tree_kinds & (1u << RTK_TREE_KD))
-        return rti_tracer_find("kdtree");
-    return rti_tracer_find(scene->tree_kinds & (1u << RTK_TREE_OCTREE) ? "octree" : "brute");
+        return rti_tracer_find(isa, "kdtree");
+    return rti_tracer_find(isa, scene->tree_kinds & (1u << RTK_TREE_OCTREE) ? "octree" : "brute");
 }
 
 /* ---- children ---- */

@@ -179,7 +179,7 @@ rt_status rti_blob_decode(rt_context *ctx, const char *name, const void *bytes, 
         rti_snapshot_release(r.snapshot);
         return status;
     }
-    r.snapshot->tracer = rti_tracer_find(tracers[tree]);
+    r.snapshot->tracer = rti_tracer_find(rti_context_isa(ctx), tracers[tree]);
     rti_snapshot_finish(r.snapshot);
     *out = r.snapshot;
     return RT_OK;

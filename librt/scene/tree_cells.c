@@ -43,7 +43,7 @@ static rt_status find_tracer(rti_look *look, const char *call)
     char quoted[96];
     if (!name)
         return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: tracer is NULL", call);
-    look->tracer = strcmp(name, "auto") == 0 ? look->snapshot->tracer : rti_tracer_find(name);
+    look->tracer = strcmp(name, "auto") == 0 ? look->snapshot->tracer : rti_tracer_find(rti_context_isa(ctx), name);
     if (!look->tracer)
         return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: there is no tracer \"%s\"; rt_tracer_at lists them", call,
                         rti_quote(quoted, sizeof quoted, name, strlen(name)));

@@ -31,7 +31,7 @@
 
 #define RAYS(mode, hits, occluded) JOIN(RTI_TRACER_NAME, rays, mode)(scene, rays, hits, occluded, count, scratch)
 
-void JOIN(rti_trace, RTI_TRACER_NAME, intersect)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
+void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, intersect))(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
                                                  uint32_t count, uint32_t flags, rti_scratch *scratch)
 {
     scratch->stats.rays += count;
@@ -50,7 +50,7 @@ void JOIN(rti_trace, RTI_TRACER_NAME, intersect)(const rtk_scene *scene, const r
     }
 }
 
-void JOIN(rti_trace, RTI_TRACER_NAME, occluded)(const rtk_scene *scene, const rtk_trace_block *rays, uint16_t *occluded,
+void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, occluded))(const rtk_scene *scene, const rtk_trace_block *rays, uint16_t *occluded,
                                                 uint32_t count, uint32_t flags, rti_scratch *scratch)
 {
     scratch->stats.rays += count;

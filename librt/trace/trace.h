@@ -2,7 +2,7 @@
 #ifndef RTI_TRACE_H
 #define RTI_TRACE_H
 
-#include "../base/base.h"
+#include "../base/isa.h"
 #include "../kernel/blocks.h"
 #include "../kernel/snapshot.h"
 
@@ -42,10 +42,11 @@ typedef struct rti_tracer {
                      rti_scratch *scratch);
 } rti_tracer;
 
-/* All tracers of this build, in the order of trace.def. */
+/* All tracers, in the order of trace.def: as many, of the same names, trees and widths, for each instruction set that this build
+ * holds (another gives the generic ones). The set must run here (rti_context_isa). */
 uint32_t rti_tracer_count(void);
-const rti_tracer *rti_tracer_at(uint32_t index);
+const rti_tracer *rti_tracer_at(rti_isa isa, uint32_t index);
 /* By name; NULL when there is none. */
-const rti_tracer *rti_tracer_find(const char *name);
+const rti_tracer *rti_tracer_find(rti_isa isa, const char *name);
 
 #endif

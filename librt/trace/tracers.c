@@ -1,28 +1,45 @@
-/* The table of tracers. */
+/* The tables of tracers, one an instruction set. */
 #include <string.h>
 
-#include "tracers.h"
+#include "trace.h"
 
-static const rti_tracer tracers[] = {
-#define RTI_TRACER(name, tree, width, help) {#name, help, tree, width, rti_trace_##name##_intersect, rti_trace_##name##_occluded},
+#define EXTERN(name, level) extern const rti_tracer rti_tracers_##name[];
+RTI_ISA_EACH(EXTERN)
+#undef EXTERN
+
+static const char *const rows[] = {
+#define RTI_TRACER(name, tree, width, help) #name,
 #include "trace.def"
 #undef RTI_TRACER
 };
 
+static const rti_tracer *table(rti_isa isa)
+{
+    switch (isa) {
+#define TABLE(name, level)                                                                                                       \
+    case level:                                                                                                                  \
+        return rti_tracers_##name;
+        RTI_ISA_EACH(TABLE)
+#undef TABLE
+    default:
+        return rti_tracers_generic;
+    }
+}
+
 uint32_t rti_tracer_count(void)
 {
-    return (uint32_t)RTI_COUNT(tracers);
+    return (uint32_t)RTI_COUNT(rows);
 }
 
-const rti_tracer *rti_tracer_at(uint32_t index)
+const rti_tracer *rti_tracer_at(rti_isa isa, uint32_t index)
 {
-    return index < RTI_COUNT(tracers) ? &tracers[index] : NULL;
+    return index < RTI_COUNT(rows) ? &table(isa)[index] : NULL;
 }
 
-const rti_tracer *rti_tracer_find(const char *name)
+const rti_tracer *rti_tracer_find(rti_isa isa, const char *name)
 {
-    for (size_t i = 0; i < RTI_COUNT(tracers); i++)
-        if (strcmp(tracers[i].name, name) == 0)
-            return &tracers[i];
+    for (size_t i = 0; i < RTI_COUNT(rows); i++)
+        if (strcmp(rows[i], name) == 0)
+            return &table(isa)[i];
     return NULL;
 }

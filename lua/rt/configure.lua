@@ -16,11 +16,11 @@ function configure.configure(t)
   end
 end
 
--- { cpus, memory_available, workers, memory, memory_peak }: what the machine has, and what the renderer takes.
+-- { cpus, isa, memory_available, workers, memory, memory_peak }: what the machine has, and what the renderer takes.
 function configure.machine()
-  local cpus, available = core.machine()
+  local cpus, available, isa = core.machine()
   local now, peak = core.memory()
-  return { cpus = cpus, memory_available = available, workers = core.workers(), memory = now, memory_peak = peak }
+  return { cpus = cpus, isa = isa, memory_available = available, workers = core.workers(), memory = now, memory_peak = peak }
 end
 
 -- { files_read, files_kept, trees_built, top_trees_built, trees_kept, read_seconds, build_seconds, saved_seconds } since the program began: what

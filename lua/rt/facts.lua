@@ -81,10 +81,10 @@ facts.keys = {
 -- { cpu, logical_cpus, cores, cpus (that this process may use), caches, memory_bytes, kernel, governor, load, version, build, compiler, flags, time }
 function facts.machine()
   local version, build = core.version()
-  local cpus, available = core.machine()
+  local cpus, available, isa = core.machine()
   local details = core.build_details()
   local f = {
-    cpus = cpus, isa = details.isa, caches = caches(), memory_bytes = total_memory(), memory_available_bytes = available,
+    cpus = cpus, isa = details.isa .. ", " .. isa, caches = caches(), memory_bytes = total_memory(), memory_available_bytes = available,
     host = word "/proc/sys/kernel/hostname", system = word "/proc/sys/kernel/ostype", kernel = word "/proc/sys/kernel/osrelease",
     governor = word "/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", boost = word "/sys/devices/system/cpu/cpufreq/boost",
     version = version, build = build, compiler = details.compiler, flags = details.flags, lua = _VERSION, time = os.date "!%Y-%m-%dT%H:%M:%SZ",

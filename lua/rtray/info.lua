@@ -7,8 +7,19 @@ local trees = require "rtray.trees"
 
 local info = {}
 
+-- What the machine is; a wrong RT_ISA is told of here.
+local function machine_of(rt)
+  rt.on_log(function(_, message)
+    output.note("rtray: %s", message)
+  end)
+  local machine = rt.machine()
+  require("rt.log").deliver()
+  return machine
+end
+
 function info.version()
-  output.print("rtray %s", require("rt").version)
+  local rt = require "rt"
+  output.print("rtray %s (%s)", rt.version, machine_of(rt).isa)
   return 0
 end
 
@@ -31,19 +42,20 @@ end
 
 local function build(values)
   local rt = require "rt"
-  local machine = rt.machine()
+  local machine = machine_of(rt)
   local integrators, tracers = names_of(rt.integrators()), names_of(rt.tracers())
   if values.json then
     local parts = json.object()
     for _, pair in ipairs(build_parts(rt.build)) do
       parts:set(pair[1], pair[2])
     end
-    output.print("%s", json.encode(json.object():set("version", rt.version):set("build", parts):set("cpus", machine.cpus)
+    output.print("%s", json.encode(json.object():set("version", rt.version):set("build", parts):set("cpus", machine.cpus):set("isa", machine.isa)
       :set("workers", machine.workers):set("memory_available", machine.memory_available):set("integrators", integrators):set("tracers", tracers)))
     return 0
   end
   output.print("librt %s (%s), %s", rt.version, rt.build, _VERSION)
   output.print("cpus        %d", machine.cpus)
+  output.print("isa         %s", machine.isa)
   output.print("memory      %s free", output.bytes(machine.memory_available))
   output.print("integrators %s", table.concat(integrators, ", "))
   output.print("tracers     %s", table.concat(tracers, ", "))

@@ -69,7 +69,7 @@ static void use(rti_snapshot *snapshot)
     for (uint32_t i = 0; i < RTK_BLOCK; i++)
         times[i] = TIME(i);
     for (uint32_t i = 0; i < rti_tracer_count(); i++) {
-        const rti_tracer *tracer = rti_tracer_at(i);
+        const rti_tracer *tracer = rti_tracer_at(rti_isa_best(), i);
         rti_scratch scratch = {.times = times};
         rti_snapshot *with;
         if (rti_snapshot_with_tree(snapshot, tracer->tree, NULL, &with) != RT_OK)

@@ -15,6 +15,22 @@ static void *grown(void *data, size_t count, size_t item)
     return p;
 }
 
+rti_isa test_isa(void)
+{
+    static bool known;
+    static rti_isa isa;
+    char why[256];
+    if (known)
+        return isa;
+    isa = rti_isa_choose(getenv("RT_ISA"), why, sizeof why);
+    known = true;
+    if (why[0]) {
+        fprintf(stderr, "skipped: %s\n", why);
+        exit(77);
+    }
+    return isa;
+}
+
 void test_world_init(test_world *w, rt_context *ctx)
 {
     memset(w, 0, sizeof *w);

@@ -7,6 +7,9 @@
 
 #define TEST_GROUPS 8
 
+/* The instruction set that RT_ISA asks for; ends the test as skipped where that does not run. */
+rti_isa test_isa(void);
+
 typedef struct test_group {
     test_mesh mesh;
     rtk_shape *shapes, *planes;

@@ -370,7 +370,7 @@ static void walk(const rtk_scene *s, const test_targets *t, const char *tracer)
         rays[b].tmax[k] = INFINITY;
         rays[b].mask[k] = 0xffffffffu;
     }
-    rti_tracer_find(tracer)->intersect(s, rays, hits, 64, 0, &scratch);
+    rti_tracer_find(test_isa(), tracer)->intersect(s, rays, hits, 64, 0, &scratch);
 }
 
 static void test_broken(void **state)

@@ -118,8 +118,8 @@ static void sweep(const test_world *w, const rti_tracer *judge, uint64_t count, 
     for (; done < count; done += BATCH) {
         fill(&b, &t, &rng);
         for (uint32_t i = 0; i < rti_tracer_count(); i++)
-            if (rti_tracer_at(i) != judge && rti_tracer_at(i)->tree != RTK_TREE_NONE)
-                compare(&b, &w->scene, judge, rti_tracer_at(i), what);
+            if (rti_tracer_at(test_isa(), i) != judge && rti_tracer_at(test_isa(), i)->tree != RTK_TREE_NONE)
+                compare(&b, &w->scene, judge, rti_tracer_at(test_isa(), i), what);
         judge->intersect(&w->scene, b.rays, b.hits, BATCH, 0, &(rti_scratch){0});
         for (uint32_t i = 0; i < BATCH; i++)
             hits += b.hits[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;
@@ -135,7 +135,7 @@ static void sweep(const test_world *w, const rti_tracer *judge, uint64_t count, 
 static void sweep_closest(const test_world *w, uint64_t count, const char *what)
 {
     static batch b;
-    const rti_tracer *judge = rti_tracer_find("brute");
+    const rti_tracer *judge = rti_tracer_find(test_isa(), "brute");
     test_targets t;
     test_rng rng = {0x7654321};
     test_targets_init(&t, w);
@@ -146,10 +146,10 @@ static void sweep_closest(const test_world *w, uint64_t count, const char *what)
             fill_kinds(&b, &t, &rng, TEST_RAY_RANDOM + 1, TEST_RAY_KINDS - 1);
         judge->intersect(&w->scene, b.rays, b.hits, BATCH, 0, &(rti_scratch){0});
         for (uint32_t i = 0; i < rti_tracer_count(); i++) {
-            if (rti_tracer_at(i) == judge)
+            if (rti_tracer_at(test_isa(), i) == judge)
                 continue;
-            rti_tracer_at(i)->intersect(&w->scene, b.rays, b.other, BATCH, 0, &(rti_scratch){0});
-            same_hits(&b, what, rti_tracer_at(i)->name, b.hits, b.other);
+            rti_tracer_at(test_isa(), i)->intersect(&w->scene, b.rays, b.other, BATCH, 0, &(rti_scratch){0});
+            same_hits(&b, what, rti_tracer_at(test_isa(), i)->name, b.hits, b.other);
         }
     }
     test_targets_free(&t);
@@ -184,7 +184,7 @@ static void sweep_mesh(test_mesh *m, float scale, float move, uint64_t count, ui
         test_world_init(&w, ctx);
         test_world_mesh(&w, 0, m, 0xffffffffu);
         assert_int_equal(test_world_commit(&w, &(rti_build_settings){.builder = builder}), RT_OK);
-        sweep(&w, rti_tracer_find("brute"), count, what);
+        sweep(&w, rti_tracer_find(test_isa(), "brute"), count, what);
         if (closest)
             sweep_closest(&w, closest, what);
         test_world_free(&w);
@@ -253,7 +253,7 @@ static void test_shapes(void **state)
     test_world_plane(&w, 0, (const float[3]){0, -0.5f, 0}, (const float[3]){0.1f, 1, 0.2f}, 4);
     test_world_shapes(&w, 0, shapes, test_shapes_of_all_kinds(shapes, 100, 13), 5);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-    sweep(&w, rti_tracer_find("brute"), ray_count(), "shapes, masks, a plane");
+    sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count(), "shapes, masks, a plane");
     test_world_free(&w);
     test_mesh_free(&m);
     rt_context_destroy(ctx);
@@ -270,9 +270,9 @@ static void sees_through(test_world *w, rtk_material *materials)
     test_targets_init(&t, w);
     fill(&b, &t, &rng);
     test_targets_free(&t);
-    rti_tracer_find("kdtree")->intersect(&w->scene, b.rays, b.hits, BATCH, 0, &scratch);
+    rti_tracer_find(test_isa(), "kdtree")->intersect(&w->scene, b.rays, b.hits, BATCH, 0, &scratch);
     materials[1].alpha_tex = RTK_INVALID;
-    rti_tracer_find("kdtree")->intersect(&w->scene, b.rays, b.other, BATCH, 0, &scratch);
+    rti_tracer_find(test_isa(), "kdtree")->intersect(&w->scene, b.rays, b.other, BATCH, 0, &scratch);
     for (uint32_t i = 0; i < BATCH; i++) {
         assert_true(b.hits[i / RTK_BLOCK].t[i % RTK_BLOCK] >= b.other[i / RTK_BLOCK].t[i % RTK_BLOCK]);
         farther += b.hits[i / RTK_BLOCK].t[i % RTK_BLOCK] > b.other[i / RTK_BLOCK].t[i % RTK_BLOCK];
@@ -333,7 +333,7 @@ static void test_alpha(void **state)
     w.scene.textures = &texture;
     w.scene.texture_count = 1;
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-    sweep(&w, rti_tracer_find("brute"), ray_count(), "cut-outs");
+    sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count(), "cut-outs");
     sees_through(&w, materials);
     test_world_free(&w);
     test_mesh_free(&m);
@@ -373,7 +373,7 @@ static void sweep_instances(float spread, float scale, bool moving, const char *
     }
     assert_true(!moving || w.motion_count > 15);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-    sweep(&w, rti_tracer_find("brute"), ray_count(), what);
+    sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count(), what);
     test_world_free(&w);
     test_mesh_free(&m);
     test_mesh_free(&n);
@@ -407,8 +407,8 @@ static void test_meshes(void **state)
         test_world_init(&w, ctx);
         test_world_mesh(&w, 0, &m, 0xffffffffu);
         assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-        sweep(&w, rti_tracer_find("kdtree"), ray_count(), names[i]);
-        sweep(&w, rti_tracer_find("brute"), ray_count() / 100, names[i]);
+        sweep(&w, rti_tracer_find(test_isa(), "kdtree"), ray_count(), names[i]);
+        sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count() / 100, names[i]);
         if (closest_count())
             sweep_closest(&w, closest_count(), names[i]);
         test_world_free(&w);
@@ -437,8 +437,8 @@ static void test_nothing(void **state)
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
     for (uint32_t i = 0; i < rti_tracer_count(); i++) {
         rti_scratch scratch = {0};
-        rti_tracer_at(i)->intersect(&w.scene, b->rays, b->hits, BATCH, 0, &scratch);
-        rti_tracer_at(i)->occluded(&w.scene, b->rays, b->occluded, BATCH, 0, &scratch);
+        rti_tracer_at(test_isa(), i)->intersect(&w.scene, b->rays, b->hits, BATCH, 0, &scratch);
+        rti_tracer_at(test_isa(), i)->occluded(&w.scene, b->rays, b->occluded, BATCH, 0, &scratch);
         for (uint32_t k = 0; k < BATCH; k++) {
             assert_int_equal(b->hits[k / RTK_BLOCK].prim[k % RTK_BLOCK], RTK_INVALID);
             assert_true(b->hits[k / RTK_BLOCK].t[k % RTK_BLOCK] == b->rays[k / RTK_BLOCK].tmax[k % RTK_BLOCK]);

@@ -118,6 +118,11 @@ RT_API size_t rt_context_error(const rt_context *context, char *buffer, size_t s
 /** Number of workers this context computes with (never 0). */
 RT_API uint32_t rt_context_workers(const rt_context *context);
 
+/** Instruction set of the loops that take the time: "generic", "sse42", "avx2", "avx512" or "neon". The context took the best one that this
+ *  build, processor and system have when it was made; the environment variable RT_ISA names a lower one (another value gives a warning in the log and
+ *  the best). Results are the same bits with each. Owner: a constant string. Threads any. */
+RT_API const char *rt_context_isa(const rt_context *context);
+
 /** Bytes held now and at most since creation, through the allocator hook. Either pointer may be NULL. */
 RT_API void rt_context_memory(const rt_context *context, uint64_t *now, uint64_t *peak);
 
@@ -147,6 +152,9 @@ RT_API const char *rt_version(void);
 
 /** What this build was made with, as "lua=5.4 stb=yes png=yes ...": one line for bug reports. */
 RT_API const char *rt_build_info(void);
+
+/** The instruction set that a context takes when it is made now: rt_context_isa tells what that means. Owner: a constant string. Threads any. */
+RT_API const char *rt_isa(void);
 
 /** CPUs this process may use: affinity mask and cgroup quota, at least 1. */
 RT_API uint32_t rt_cpu_count(void);
