@@ -122,6 +122,7 @@ void rtl_open_render_file(lua_State *L);
 void rtl_open_maths(lua_State *L);
 void rtl_open_folder(lua_State *L);
 void rtl_open_image_bytes(lua_State *L);
+void rtl_open_image_compare(lua_State *L);
 void rtl_open_process(lua_State *L);
 
 /* ---- embedded Lua files, made at build time by embed.cmake ---- */

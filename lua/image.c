@@ -300,50 +300,12 @@ static int image_text(lua_State *L)
     return 1;
 }
 
-/* image_compare(a, b, with_map) -> {differing, first = {x, y}, max, mse, psnr, map} */
-static int compare(lua_State *L)
-{
-    handle *a = check(L, 1), *b = check(L, 2);
-    int with_map = lua_toboolean(L, 3);
-    void *userdata = rtl_image_new(L, a->context);
-    rt_image *map = NULL;
-    rt_image_difference d;
-    rtl_check(L, a->context, rt_image_compare(a->image, b->image, &d, with_map ? &map : NULL));
-    rtl_image_put(L, userdata, map);
-    lua_createtable(L, 0, 6);
-    lua_pushinteger(L, (lua_Integer)d.differing_pixels);
-    lua_setfield(L, -2, "differing");
-    if (d.differing_pixels > 0) {
-        lua_createtable(L, 2, 0);
-        lua_pushinteger(L, d.first_x);
-        lua_rawseti(L, -2, 1);
-        lua_pushinteger(L, d.first_y);
-        lua_rawseti(L, -2, 2);
-        lua_setfield(L, -2, "first");
-    }
-    lua_pushnumber(L, d.max_abs);
-    lua_setfield(L, -2, "max");
-    lua_pushnumber(L, d.mse);
-    lua_setfield(L, -2, "mse");
-    lua_pushnumber(L, d.psnr);
-    lua_setfield(L, -2, "psnr");
-    double ssim = 1.0;
-    rtl_check(L, a->context, rt_image_ssim(a->image, b->image, &ssim, NULL));
-    lua_pushnumber(L, ssim);
-    lua_setfield(L, -2, "ssim");
-    if (with_map) {
-        lua_pushvalue(L, -2);
-        lua_setfield(L, -2, "map");
-    }
-    return 1;
-}
-
 void rtl_open_image(lua_State *L)
 {
     static const luaL_Reg methods[] = {{"pixel", pixel}, {"set_pixel", set_pixel}, {"size", size},         {"stats", stats},
                                        {"hash", hash},   {"text", text},           {"set_text", set_text}, {NULL, NULL}};
-    static const luaL_Reg functions[] = {{"image_new", create},      {"image_load", load},       {"image_save", save},
-                                         {"image_compare", compare}, {"image_text", image_text}, {NULL, NULL}};
+    static const luaL_Reg functions[] = {
+        {"image_new", create}, {"image_load", load}, {"image_save", save}, {"image_text", image_text}, {NULL, NULL}};
     rtl_class(L, RTL_IMAGE, methods, release, to_string);
     luaL_getmetatable(L, RTL_IMAGE);
     lua_getfield(L, -1, "__index");

@@ -97,6 +97,7 @@ static void open_core(lua_State *L)
     rtl_open_maths(L);
     rtl_open_folder(L);
     rtl_open_image_bytes(L);
+    rtl_open_image_compare(L);
     rtl_open_process(L);
     luaL_getsubtable(L, LUA_REGISTRYINDEX, LUA_LOADED_TABLE);
     lua_pushvalue(L, -2);

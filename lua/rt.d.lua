@@ -790,11 +790,22 @@ function Image:stats() end
 ---@return string
 function Image:hash() end
 
----How far two images of one size differ.
+---@class rt.compare_options
+---@field map? boolean|"difference"|"ssim"|"flip" an image of where they differ: |a - b| (true), 1 - the local similarity, FLIP
+---@field flip? boolean compute FLIP; a map of it does, too
+---@field ppd? number pixels per degree of the eye's view, for FLIP; 1 to 1000, 67.02 unless told
+
+---How far two images of one size differ. PSNR in dB, SSIM (1: equal), FLIP (0: equal; what a person sees who flips between them).
 ---@param other rt.image
----@param options? { map: boolean }
----@return { differing: integer, first: integer[]?, max: number, mse: number, psnr: number, ssim: number, map: rt.image? }
+---@param options? rt.compare_options
+---@return { differing: integer, first: integer[]?, max: number, mse: number, psnr: number, ssim: number, flip: number?, map: rt.image? }
 function Image:compare(other, options) end
+
+---Another image: the values of this one (the largest of r, g, b) as colours.
+---@param name "grey"|"viridis"|"magma"
+---@param options? { low: number, high: number } the values of the map's ends, 0 and 1 unless told
+---@return rt.image
+function Image:color_map(name, options) end
 
 ---A text entry that was set; entries of a file are read by rt.image_text.
 ---@param key string
@@ -852,11 +863,17 @@ function rt.image(what) end
 ---@return table<string, string>
 function rt.image_text(path) end
 
+---The linear colour of a value, 0 to 1, in a map whose lightness rises evenly.
+---@param name "grey"|"viridis"|"magma"
+---@param x number
+---@return number[] color
+function rt.color_map(name, x) end
+
 ---The same as a:compare(b).
 ---@param a rt.image
 ---@param b rt.image
----@param options? { map: boolean }
----@return { differing: integer, first: integer[]?, max: number, mse: number, psnr: number, ssim: number, map: rt.image? }
+---@param options? rt.compare_options
+---@return { differing: integer, first: integer[]?, max: number, mse: number, psnr: number, ssim: number, flip: number?, map: rt.image? }
 function rt.compare(a, b, options) end
 
 ---The width and height in pixels that a label takes.

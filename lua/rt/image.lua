@@ -61,11 +61,40 @@ function methods.save(self, path, options)
   return self
 end
 
--- image:compare(other, { map = true }): { differing, first, max, mse, psnr, ssim, map }
+local MAPS = { difference = true, ssim = true, flip = true }
+
+local compare_fields = {
+  map = function(value, who, key)
+    if value == true then
+      return "difference"
+    elseif value ~= false and not MAPS[value] then
+      check.fail("%s: %s must be true, false, \"difference\", \"ssim\" or \"flip\"; got %s", who, key, check.describe(value))
+    end
+    return value or nil
+  end,
+  flip = check.boolean, ppd = check.number { low = 1, high = 1000 },
+}
+
+-- image:compare(other, { map, flip, ppd }): { differing, first, max, mse, psnr, ssim, flip, map }. map: true or "difference" (of each channel),
+-- "ssim" (1 less the local similarity), "flip"; flip: whether it is computed without a map of it; ppd: its pixels per degree, 67.02.
 function methods.compare(self, other, options)
   image.field(other, "image:compare", "the argument")
-  local checked = check.fields(options or {}, { map = check.boolean }, "image:compare")
-  return core.image_compare(self, other, checked.map)
+  local checked = check.fields(options or {}, compare_fields, "image:compare")
+  return core.image_compare(self, other, checked.map, checked.flip, checked.ppd)
+end
+
+local color_map = check.choice { "grey", "viridis", "magma" }
+local color_map_fields = { low = check.number(), high = check.number() }
+
+-- image:color_map(name, { low = 0, high = 1 }): another image, its values (the largest of r, g, b) as colours.
+function methods.color_map(self, name, options)
+  local o = check.fields(options or {}, color_map_fields, "image:color_map")
+  return core.image_color_map(self, color_map(name, "image:color_map", "the name"), o.low or 0, o.high or 1)
+end
+
+-- rt.color_map(name, x): the linear colour of a value in 0 ... 1, { r, g, b }.
+function image.color_map(name, x)
+  return { core.color_map_at(color_map(name, "rt.color_map", "the name"), check.number()(x, "rt.color_map", "x")) }
 end
 
 local size = check.integer { low = 1, high = 1048576 }

@@ -36,7 +36,7 @@ local rt = {
   torus = shapes.torus, mesh = mesh.mesh, polyhedron = mesh.polyhedron, group = mesh.group, instance = mesh.instance, motion = motion.join,
   -- values
   vec = vec.make, srgb = vec.srgb, transform = transform.make, translate = transform.translate, scale = transform.scale, rotate = transform.rotate,
-  buffer = core.buffer, image = image.new, image_text = image.text, compare = image.compare, random = core.random,
+  buffer = core.buffer, image = image.new, image_text = image.text, compare = image.compare, color_map = image.color_map, random = core.random,
   contact_sheet = require "rt.contact_sheet", label_size = draw.label_size,
   report = function(...)
     return require("rt.report").make(...) -- a large part that few scripts need

@@ -96,7 +96,7 @@ local function compare(s, p, made)
   local w, h = made:size()
   local ow, oh = other:size()
   local o = json.object():set("t", "metrics"):set("key", p.key):set("reference", p.compared.key):set("of", other:hash())
-  local found = w == ow and h == oh and image.compare(other, made) or {}
+  local found = w == ow and h == oh and image.compare(other, made, { flip = true }) or {}
   for _, name in ipairs(METRICS) do
     local value = found[name]
     if math.type(value) and value == value and math.abs(value) ~= math.huge then

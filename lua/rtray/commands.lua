@@ -126,9 +126,14 @@ a stranger's image.]],
   {
     name = "compare", summary = "compare two images; exit status 4 when they differ",
     arguments = { { name = "A", type = "file" }, { name = "B", type = "file" } }, module = "rtray.compare",
-    options = options.take("map", "tolerance", "json", "quiet"),
-    text = "Prints the number of differing pixels, the first of them, the largest difference, the mean squared error, the PSNR and the SSIM.",
-    examples = { "rtray compare a.png b.png --map difference.png" },
+    options = options.take("metric", "map", "scale", "ppd", "tolerance", "json", "quiet"),
+    text = [[
+Prints the number of differing pixels, the first of them, the largest difference, the mean squared error, the PSNR, the SSIM and FLIP
+(Andersson and others 2020: what a person sees who flips between the two on a screen; 0 is nothing, 1 the most). --metric prints one number.
+
+--map writes an image of where they differ: the difference of each channel, or with --metric ssim 1 - SSIM and with flip FLIP of each pixel,
+as colours whose lightness rises with the value, from 0 (black, with magma) to 1.]],
+    examples = { "rtray compare a.png b.png --map difference.png", "rtray compare a.png b.png --metric flip --map flip.png --tolerance 0.05" },
   },
   {
     name = "verify", summary = "check that every arrangement gives the same image; exit status 4 when not", module = "rtray.verify",

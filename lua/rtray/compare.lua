@@ -1,5 +1,6 @@
 -- rtray compare A B
 
+local cli = require "rtray.cli"
 local output = require "rtray.output"
 local json = require "rtray.json"
 local files = require "rtray.files"
@@ -22,16 +23,39 @@ local function print_text(a, b, d, equal, pixels)
   output.print("mean squared error %s", number(d.mse))
   output.print("PSNR               %s dB", number(d.psnr))
   output.print("SSIM               %s", number(d.ssim))
+  output.print("FLIP               %s", number(d.flip))
   if equal then
     output.print("within the tolerance")
   end
 end
 
-function compare.run(_, values, arguments)
-  local rt = require "rt"
+local function check(command, values)
   if values.map then
     files.check_output(values.map)
+  elseif values.scale then
+    cli.fault(command, "--scale colours the image of --map; name one")
   end
+  if values.metric == "psnr" and values.tolerance then
+    cli.fault(command, "--tolerance is a difference of 0 ... 1, PSNR has decibels; take it with flip or ssim, or without --metric")
+  elseif values.ppd and values.metric and values.metric ~= "flip" then
+    cli.fault(command, "--ppd is for FLIP; %s does not depend on it", values.metric:upper())
+  end
+end
+
+-- How far it is from equal, for the tolerance.
+local function distance(values, d)
+  return values.metric == "flip" and d.flip or values.metric == "ssim" and 1 - d.ssim or d.max
+end
+
+local function save_map(values, map)
+  local scale = values.scale or (values.metric == "flip" or values.metric == "ssim") and "magma" or "none"
+  local shown = scale == "none" and map or map:color_map(scale)
+  shown:save(values.map)
+end
+
+function compare.run(command, values, arguments)
+  local rt = require "rt"
+  check(command, values)
   local name_a, name_b = arguments[1], arguments[2]
   local a, b = rt.image(name_a), rt.image(name_b)
   local aw, ah = a:size()
@@ -42,15 +66,20 @@ function compare.run(_, values, arguments)
     end
     return 4
   end
-  local d = a:compare(b, { map = values.map ~= nil })
-  local equal = d.differing == 0 or values.tolerance ~= nil and d.max <= values.tolerance
+  local metric = values.metric
+  local d = a:compare(b, {
+    map = values.map and (metric ~= "psnr" and metric or "difference") or nil, flip = metric == nil or metric == "flip", ppd = values.ppd,
+  })
+  local equal = d.differing == 0 or values.tolerance ~= nil and distance(values, d) <= values.tolerance
   if values.map then
-    d.map:save(values.map)
+    save_map(values, d.map)
   end
   if values.json then
     local first = d.first and { d.first[1], d.first[2] } or nil
     output.print("%s", json.encode(json.object():set("equal", equal):set("pixels", aw * ah):set("differing", d.differing):set("first", first)
-      :set("max", d.max):set("mse", d.mse):set("psnr", d.psnr):set("ssim", d.ssim)))
+      :set("max", d.max):set("mse", d.mse):set("psnr", d.psnr):set("ssim", d.ssim):set("flip", d.flip)))
+  elseif metric and not values.quiet then
+    output.print("%s", number(d[metric]))
   elseif not values.quiet then
     print_text(name_a, name_b, d, equal, aw * ah)
   end

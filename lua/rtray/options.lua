@@ -79,7 +79,16 @@ row("stats", { "--stats" }, nil, nil, "print rays, times and what each worker di
 row("settings", { "--settings" }, nil, nil, "print each setting with where its value comes from")
 
 row("map", { "--map" }, "file", "FILE", "write the image of the differences")
-row("tolerance", { "--tolerance" }, "number", "E", "differences up to E of a channel's range count as equal", { low = 0, high = 1 })
+row("metric", { "--metric" }, "choice", "NAME", "print and map this alone: psnr (dB), ssim (1: equal), flip (0: equal; what a person sees)", {
+  choices = { "psnr", "ssim", "flip" },
+})
+row("scale", { "--scale" }, "choice", "NAME", "colours of --map: magma (of ssim and flip), viridis, grey, or none: the values as they are", {
+  choices = { "magma", "viridis", "grey", "none" },
+})
+row("ppd", { "--ppd" }, "number", "N", "pixels per degree of the eye's view, for FLIP; 67", { low = 1, high = 1000 })
+row("tolerance", { "--tolerance" }, "number", "E", "differences up to E of a channel's range count as equal; with --metric FLIP or 1 - SSIM", {
+  low = 0, high = 1,
+})
 
 row("workers_list", { "-j", "--workers" }, "counts", "N,N,...", "worker counts", { low = 1, high = 1024 })
 row("tiles_list", { "--tiles" }, "counts", "N,N,...", "tile sizes", { low = 1, high = 4096 })

@@ -38,7 +38,8 @@ lists.MODULE = {
   directional_light = true, classic = true, emissive = true, texture = true, sphere = true, spheres = true, plane = true, box = true, cylinder = true,
   cone = true, torus = true, mesh = true, polyhedron = true, group = true, instance = true, vec = true, srgb = true, transform = true,
   translate = true, scale = true, rotate = true, buffer = true, image = true, image_text = true, compare = true, random = true, contact_sheet = true,
-  label_size = true, animation = true, motion = true, keys = true, ease = true, quat = true, path = true, orbit = true, look_at = true, params = true,
+  label_size = true, color_map = true,
+  animation = true, motion = true, keys = true, ease = true, quat = true, path = true, orbit = true, look_at = true, params = true,
   load = true, main = true, configure = true, machine = true, counts = true, drop_kept = true, integrators = true,
   tracers = true, settings = true, on_log = true,
 }

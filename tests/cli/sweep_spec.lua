@@ -361,6 +361,8 @@ describe("rtray sweep", function()
     local rows = read_csv(folder .. "/out/results.csv")
     assert.is_true(tonumber(rows[1].psnr) > 10 and tonumber(rows[3].psnr) > tonumber(rows[1].psnr))
     assert.equal("0", rows[5].differing)
+    assert.is_true(tonumber(rows[2].flip) > tonumber(rows[4].flip) and tonumber(rows[4].flip) > 0 and tonumber(rows[1].ssim) < 1)
+    assert.equal("0", rows[5].flip)
     assert.equal("", rows[5].psnr) -- of equal images it is infinite
   end)
 

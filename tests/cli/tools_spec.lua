@@ -30,6 +30,37 @@ describe("compare", function()
     assert.equal(0, require("cjson").decode(rtray({ "compare", a, a, "--json" }).out).differing)
   end)
 
+  it("prints and maps one metric", function()
+    local folder = support.folder()
+    local scene = support.small(folder)
+    local a, b = render(scene, folder .. "/a.png"), render(scene, folder .. "/b.png", "-D", "radius=1.1")
+    local all = rtray({ "compare", a, b, "--json" }).out
+    local maps = {}
+    for _, metric in ipairs { "psnr", "ssim", "flip" } do
+      maps[metric] = folder .. "/" .. metric .. ".png"
+      local r = rtray { "compare", a, b, "--metric", metric, "--map", maps[metric] }
+      assert.equal(4, r.status, r.err)
+      assert.is_true(math.abs(tonumber(r.out) - require("cjson").decode(all)[metric]) < 1e-4, r.out)
+    end
+    assert.equal("0\n", rtray({ "compare", a, a, "--metric", "flip" }).out)
+    assert.equal("infinite\n", rtray({ "compare", a, a, "--metric", "psnr" }).out)
+    assert.not_equal(support.read(maps.ssim), support.read(maps.flip))
+    local flip = support.read(maps.flip)
+    for scale, same in pairs { magma = true, viridis = false, grey = false, none = false } do
+      assert.equal(4, rtray({ "compare", a, b, "--metric", "flip", "--map", maps.flip, "--scale", scale }).status)
+      assert.equal(same, support.read(maps.flip) == flip, scale)
+    end
+    local far = tonumber(rtray({ "compare", a, b, "--metric", "flip", "--ppd", "20" }).out)
+    assert.is_true(far > 0 and far ~= tonumber(rtray({ "compare", a, b, "--metric", "flip" }).out))
+    assert.equal(0, rtray({ "compare", a, b, "--metric", "flip", "--tolerance", "0.5" }).status)
+    assert.equal(4, rtray({ "compare", a, b, "--metric", "flip", "--tolerance", "0.0001" }).status)
+    assert.equal(0, rtray({ "compare", a, b, "--metric", "ssim", "--tolerance", "0.9" }).status)
+    for _, words in ipairs { { "--metric", "psnr", "--tolerance", "0.5" }, { "--scale", "magma" }, { "--metric", "ssim", "--ppd", "30" },
+      { "--ppd", "0" }, { "--metric", "lpips" }, { "--map", folder .. "/x.png", "--scale", "jet" } } do
+      assert.equal(2, rtray({ "compare", a, b, table.unpack(words) }).status)
+    end
+  end)
+
   it("says when sizes differ, and fails on what is no image", function()
     local folder = support.folder()
     local scene = support.small(folder)

@@ -47,8 +47,33 @@ describe("an image", function()
     assert.same({ 2, 1 }, d.first)
     assert.same({ 4, 2 }, { d.map:size() })
     assert.is_nil(a:compare(b).map)
+    assert.is_nil(a:compare(b).flip)
+    assert.equal(0, a:compare(a, { flip = true }).flip)
+    local near, far = a:compare(b, { map = "flip" }), a:compare(b, { flip = true, ppd = 10 })
+    assert.is_true(near.flip > 0 and near.flip < 1 and far.flip > 0 and far.flip ~= near.flip)
+    assert.equal(near.flip, b:compare(a, { flip = true }).flip)
+    assert.is_true(math.abs(near.map:stats().mean[1] - near.flip) < 1e-6)
+    local similar = a:compare(b, { map = "ssim" }) -- of an image below 11 x 11 all windows count
+    assert.is_true(math.abs(1 - similar.map:stats().mean[1] - similar.ssim) < 1e-6)
+    assert.is_truthy(support.message(a.compare, a, b, { map = "hue" }):find('true, false, "difference", "ssim" or "flip"; got', 1, true))
+    assert.is_truthy(support.message(a.compare, a, b, { ppd = 0 }):find("ppd must be", 1, true))
     local message = support.message(rt.compare, a, rt.image { width = 3, height = 2 })
     assert.is_truthy(message:find "4" and message:find "3", message)
+  end)
+
+  it("shows its values as colours", function()
+    local values = rt.image { width = 3, height = 1, pixel = function(x) return 0, 2 * x, x end } -- the largest counts: 0, 2, 4
+    local shown = values:color_map("magma", { high = 4 })
+    for x = 0, 2 do
+      local r, g, b, coverage = shown:pixel(x, 0)
+      for k, want in ipairs(rt.color_map("magma", x / 2)) do
+        assert.is_true(math.abs(({ r, g, b })[k] - want) < 1e-6)
+      end
+      assert.equal(1, coverage)
+    end
+    assert.same({ 0, 0, 0 }, rt.color_map("grey", -1))
+    assert.is_truthy(support.message(rt.color_map, "jet", 0):find "viridis")
+    assert.is_truthy(support.message(values.color_map, values, "grey", { low = 2, high = 1 }):find("low must be below high", 1, true))
   end)
 
   it("is saved and read", function()

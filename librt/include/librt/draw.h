@@ -30,6 +30,19 @@ RT_API void rt_image_fill(rt_image *image, int32_t x, int32_t y, uint32_t width,
  *  itself). */
 RT_API rt_status rt_image_place(rt_image *image, const rt_image *other, int32_t x, int32_t y);
 
+typedef enum rt_color_map {
+    RT_COLOR_MAP_GREY = 0, /**< black to white, even to the eye */
+    RT_COLOR_MAP_VIRIDIS,  /**< dark blue, green, yellow */
+    RT_COLOR_MAP_MAGMA     /**< black, purple, orange, pale yellow */
+} rt_color_map;
+
+/** The linear colour of a value: x 0 ... 1, clamped; NaN is 0. Lightness rises evenly, so a picture reads in grey and with any colour vision. The same
+ *  bits on every machine. Errors none (an unknown map is grey). Threads any. */
+RT_API rt_vec3 rt_color_map_at(rt_color_map map, float x);
+/** A picture of an image's values: the largest of R, G, B of each pixel, `low` as 0 and `high` as 1, in the colours of the map; coverage is kept.
+ *  Errors ARGUMENT (low not below high), MEMORY. Owner the caller. Threads any, while nobody writes to the image. */
+RT_API rt_status rt_image_color_map(const rt_image *image, rt_color_map map, float low, float high, rt_image **colored);
+
 typedef struct rt_label_desc {
     uint32_t struct_size;
     float x, y;     /**< the top left corner of the text, in pixels; -1e6 ... 1e6 */
