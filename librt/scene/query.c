@@ -4,6 +4,7 @@
 #include "../kernel/surface.h"
 #include "../kernel/texture.h"
 #include "../trace/trace.h"
+#include "gather.h"
 #include "parts.h"
 
 #define CHUNK  256u /* rays at a time: 15 KiB of blocks */
@@ -21,19 +22,7 @@ uint32_t rti_snapshot_tree(const rti_snapshot *snapshot)
 
 void rti_rays_gather(const rt_ray *rays, uint32_t count, rtk_trace_block *out)
 {
-    for (uint32_t i = 0; i < count; i++) {
-        rtk_trace_block *b = &out[i / RTK_BLOCK];
-        uint32_t k = i % RTK_BLOCK;
-        b->ox[k] = rays[i].org.x;
-        b->oy[k] = rays[i].org.y;
-        b->oz[k] = rays[i].org.z;
-        b->dx[k] = rays[i].dir.x;
-        b->dy[k] = rays[i].dir.y;
-        b->dz[k] = rays[i].dir.z;
-        b->tmin[k] = rays[i].tmin;
-        b->tmax[k] = rays[i].tmax;
-        b->mask[k] = rays[i].mask;
-    }
+    rti_gather(rays, count, out);
 }
 
 static rt_hit hit_at(const rtk_hit_block *b, uint32_t k)
@@ -59,11 +48,10 @@ void rt_scene_intersect_at(const rt_scene *scene, const rt_ray *rays, const floa
     blocks b;
     for (size_t at = 0; s && at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
-        rti_rays_gather(rays + at, n, b.rays);
+        rti_gather(rays + at, n, b.rays);
         scratch.times = times ? times + at : NULL;
         s->tracer->intersect(&s->view, b.rays, b.hits, n, 0, &scratch);
-        for (uint32_t i = 0; i < n; i++)
-            hits[at + i] = hit_at(&b.hits[i / RTK_BLOCK], i % RTK_BLOCK);
+        rti_scatter(b.hits, n, hits + at);
     }
     for (size_t i = 0; !s && i < count; i++)
         hits[i] = (rt_hit){rays[i].tmax, 0.0f, 0.0f, RT_INVALID_ID, RT_INVALID_ID, RT_INVALID_ID};
@@ -86,7 +74,7 @@ void rt_scene_occluded_at(const rt_scene *scene, const rt_ray *rays, const float
     for (size_t at = 0; at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
         if (s) {
-            rti_rays_gather(rays + at, n, b.rays);
+            rti_gather(rays + at, n, b.rays);
             scratch.times = times ? times + at : NULL;
             s->tracer->occluded(&s->view, b.rays, bits, n, 0, &scratch);
         }

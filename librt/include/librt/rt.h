@@ -9,6 +9,7 @@
 #include "librt/import.h"
 #include "librt/render.h"
 #include "librt/scene.h"
+#include "librt/trace.h"
 #include "librt/tree.h"
 
 #endif
