@@ -56,7 +56,7 @@ void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_buil
     b->prim_count = input->tri_count + input->box_count;
     b->max_depth = s->max_depth ? s->max_depth : (octree ? 16 : kd_depth(b->prim_count));
     b->max_depth = rtk_umin(b->max_depth, octree ? RTK_OCT_DEPTH : RTK_KD_DEPTH);
-    b->leaf_size = s->leaf_size ? s->leaf_size : (octree ? 8 : 2);
+    b->leaf_size = s->leaf_size ? s->leaf_size : (octree ? 8 : (s->builder == RTI_BUILD_KD_BINNED ? 4 : 2));
     b->cost_traverse = settled(s->cost_traverse, 1.0f);
     b->cost_intersect = settled(s->cost_intersect, 1.0f);
     b->empty_bonus = rtk_min(settled(s->empty_bonus, 0.2f), 0.95f);

@@ -71,8 +71,8 @@ void rti_tree_measure(rtk_tree_header *header);
 
 typedef struct rti_kd_split {
     float cost, pos;
-    uint32_t axis; /* 3: none */
-    uint32_t left_count, right_count;
+    uint32_t axis;                    /* 3: none */
+    uint32_t left_count, right_count; /* of references on each side; the binned builder's are close to it */
 } rti_kd_split;
 
 /* The cheapest plane for `count` references in `cell`; scratch: 3 * count floats. */

@@ -3,6 +3,7 @@
 
 #include "build.h"
 
+#define DEAL      128u                /* references dealt out at a time */
 #define STACK_MAX (RTK_KD_DEPTH + 2u) /* nodes that wait: one a level below the one at work */
 
 /* Settles how `it` is split; false: it is a leaf. */
@@ -32,28 +33,39 @@ static void write_split(rtk_kdnode *node, const rti_kd_split *split, uint32_t ch
     node->b = child << 2 | split->axis;
 }
 
-/* Deals `count` of the item's references out to the two sides, which may be larger than they come to; right may be refs itself.
- */
-static void deal(const rti_build *b, const rti_item *it, const rti_kd_split *split, const rti_ref *refs, uint32_t count,
-                 rti_ref *left, rti_ref *right, uint32_t counts[2])
+/* Deals `count` of the item's references out to the two sides, which need room for all of them; right may be refs itself. First
+ * those of one side, without a branch; what lies on both is put by and cut. */
+static void deal_some(const rti_build *b, const rti_item *it, const rti_kd_split *split, const rti_ref *refs, uint32_t count,
+                      rti_ref *left, rti_ref *right, uint32_t counts[2])
 {
-    uint32_t axis = split->axis;
+    rti_ref both[DEAL], l, r;
+    uint32_t axis = split->axis, lefts = counts[0], rights = counts[1], boths = 0;
     float pos = split->pos;
     bool clip = it->count > b->clip_above;
     for (uint32_t i = 0; i < count; i++) {
-        if (!(refs[i].hi[axis] > pos)) {
-            left[counts[0]++] = refs[i];
-        } else if (!(refs[i].lo[axis] < pos)) {
-            right[counts[1]++] = refs[i];
-        } else {
-            rti_ref l, r;
-            unsigned sides = rti_ref_cut(b, &it->cell, &refs[i], axis, pos, clip, &l, &r);
-            if (sides & 1)
-                left[counts[0]++] = l;
-            if (sides & 2)
-                right[counts[1]++] = r;
-        }
+        rti_ref ref = refs[i];
+        unsigned in_left = ref.lo[axis]<pos, in_right = ref.hi[axis]> pos;
+        left[lefts] = right[rights] = both[boths] = ref;
+        lefts += !in_right;
+        rights += in_right & !in_left;
+        boths += in_right & in_left;
     }
+    for (uint32_t i = 0; i < boths; i++) {
+        unsigned sides = rti_ref_cut(b, &it->cell, &both[i], axis, pos, clip, &l, &r);
+        left[lefts] = l;
+        lefts += sides & 1;
+        right[rights] = r;
+        rights += sides >> 1;
+    }
+    counts[0] = lefts;
+    counts[1] = rights;
+}
+
+static void deal(const rti_build *b, const rti_item *it, const rti_kd_split *split, const rti_ref *refs, uint32_t count,
+                 rti_ref *left, rti_ref *right, uint32_t counts[2])
+{
+    for (uint32_t i = 0; i < count; i += DEAL)
+        deal_some(b, it, split, refs + i, count - i < DEAL ? count - i : DEAL, left, right, counts);
 }
 
 /* ---- one part, depth first ---------------------------------------------------------------------------------------------- */
@@ -84,8 +96,7 @@ static bool partition(worker *w, const rti_item *it, const rti_kd_split *split, 
 {
     size_t base = w->top - it->count;
     uint32_t counts[2] = {0, 0};
-    if (!rti_reserve(w->ctx, (void **)&w->stack, &w->stack_capacity, base, (size_t)split->left_count + split->right_count,
-                     sizeof *w->stack))
+    if (!rti_reserve(w->ctx, (void **)&w->stack, &w->stack_capacity, base, 2 * (size_t)it->count, sizeof *w->stack))
         return false;
     deal(w->b, it, split, w->stack + base, it->count, w->side, w->stack + base, counts);
     memcpy(w->stack + base + counts[1], w->side, counts[0] * sizeof *w->side);
@@ -150,8 +161,11 @@ static rt_status split_open(rt_context *ctx, const rti_build *b, rti_open *o, fl
     o->leaf = !choose(b, &o->it, o->refs, scratch, &o->split);
     if (o->leaf)
         return RT_OK;
-    o->child_capacity[0] = o->split.left_count;
-    o->child_capacity[1] = o->split.right_count;
+    o->child_capacity[0] = o->child_capacity[1] = 1; /* deal writes one ahead */
+    for (uint32_t i = 0; i < o->it.count; i++) {
+        o->child_capacity[0] += !(o->refs[i].hi[o->split.axis] > o->split.pos) || o->refs[i].lo[o->split.axis] < o->split.pos;
+        o->child_capacity[1] += o->refs[i].hi[o->split.axis] > o->split.pos;
+    }
     for (int i = 0; i < 2; i++)
         if (!(o->child_refs[i] = rti_alloc_array(ctx, o->child_capacity[i], sizeof(rti_ref))))
             return RT_ERROR_MEMORY;

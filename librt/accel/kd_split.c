@@ -4,14 +4,18 @@
  * bounds into bins first. The counts give, for each bin, a lower bound of the cost of every plane in it, and at the bins' edges
  * an upper bound of the best. The exact builder sorts and sweeps the bounds of every bin that may still hold the best: it finds
  * the same plane as a sweep over all sorted bounds (Wald & Havran 2006), in O(N) a node without keeping events sorted. The binned
- * builder looks into the most promising bin and those beside the cheapest edge only.
+ * builder asks a sample of a very large node's references, takes the cheapest edge in large nodes, and looks into the most
+ * promising bin and those beside that edge in smaller ones.
  */
 #include <string.h>
 
 #include "build.h"
+#include "vectors.h"
 
 #define MAX_BINS   64u
-#define DIRECT_MAX 16u /* up to this many references every bound is tried with a count of its own */
+#define SAMPLE     2048u /* references that speak for a large node */
+#define EDGE_ABOVE 40u   /* the binned builder takes edges between bins as they are in nodes of more references */
+#define DIRECT_MAX 16u   /* up to this many references every bound is tried with a count of its own */
 
 /* The numbers that turn counts at a plane into a cost. cap: area of the split's face, rim: perimeter of it, both over the cell's
  * area. */
@@ -126,39 +130,92 @@ static void sweep(const measure *m, uint32_t axis, const float *los, uint32_t lo
     }
 }
 
-/* Few references: counting for each bound anew, in vectors, beats sorting. */
-static void split_direct(const measure m[3], const rti_ref *refs, uint32_t count, rti_kd_split *best)
+/* ---- few references: every bound is tried ------------------------------------------------------------------------------- */
+
+/* The cheapest of the planes seen so far, a lane each. at: 64 * axis + index of the plane. */
+typedef struct lanes {
+    rti_vf cost;
+    rti_vi at;
+} lanes;
+
+/* Counts for each bound of one axis anew, RTI_LANES planes at a time: below DIRECT_MAX that beats sorting. los, his: `count` of
+ * them; tries: both, one behind the other. */
+static inline void try_axis(const measure *m, int axis, const float *los, const float *his, const float *tries, uint32_t count,
+                            lanes *best)
 {
-    for (uint32_t axis = 0; axis < 3; axis++) {
-        float los[DIRECT_MAX], his[DIRECT_MAX], tries[2 * DIRECT_MAX];
-        uint32_t try_count = 0, padded = (count + 3) & ~3u;
+    rti_vi at = rti_vi_steps() + 64 * axis;
+    for (uint32_t k = 0; k < 2 * count; k += RTI_LANES, at += RTI_LANES) {
+        rti_vf pos, l, r, c;
+        rti_vi left = {0}, right = {0}, take;
+        memcpy(&pos, tries + k, sizeof pos);
         for (uint32_t i = 0; i < count; i++) {
-            los[i] = refs[i].lo[axis];
-            his[i] = refs[i].hi[axis];
-            tries[try_count] = los[i];
-            try_count += los[i] > m[axis].inner_lo && los[i] < m[axis].inner_hi;
-            tries[try_count] = his[i];
-            try_count += his[i] > m[axis].inner_lo && his[i] < m[axis].inner_hi;
+            left -= los[i] < pos;
+            right -= his[i] > pos;
         }
-        for (uint32_t i = count; i < padded; i++) {
-            los[i] = m[axis].hi;
-            his[i] = m[axis].lo;
-        }
-        for (uint32_t k = 0; k < try_count; k++) {
-            uint32_t left = 0, right = 0;
-            float pos = tries[k];
-            for (uint32_t i = 0; i < padded; i++) {
-                left += los[i] < pos;
-                right += his[i] > pos;
-            }
-            consider(&m[axis], axis, pos, left, right, best);
-        }
+        l = __builtin_convertvector(left, rti_vf);
+        r = __builtin_convertvector(right, rti_vf);
+        c = l * (m->cap + m->rim * (pos - m->lo)) + r * (m->cap + m->rim * (m->hi - pos));
+        c = m->traverse + m->intersect * rti_vf_pick((left == 0) | (right == 0), c * m->keep, c);
+        take = (pos > m->inner_lo) & (pos < m->inner_hi) & (c < best->cost);
+        best->cost = rti_vf_pick(take, c, best->cost);
+        best->at = rti_vi_pick(take, at, best->at);
     }
 }
 
+/* Index of the cheapest lane, of equal ones the least; -1: none is cheaper than what was there. */
+static inline int least_of(const lanes *b, float *cost)
+{
+    float c[RTI_LANES], low;
+    int at[RTI_LANES], first = 1 << 20;
+    memcpy(c, &b->cost, sizeof c);
+    memcpy(at, &b->at, sizeof at);
+    for (int n = RTI_LANES / 2; n > 0; n /= 2)
+        for (int i = 0; i < n; i++)
+            c[i] = c[i] < c[i + n] ? c[i] : c[i + n];
+    low = c[0];
+    memcpy(c, &b->cost, sizeof c);
+    for (int i = 0; i < RTI_LANES; i++) {
+        int mine = c[i] == low && at[i] >= 0 ? at[i] : 1 << 20;
+        first = mine < first ? mine : first;
+    }
+    *cost = low;
+    return first < 1 << 20 ? first : -1;
+}
+
+static void split_direct(const measure m[3], const rti_ref *refs, uint32_t count, rti_kd_split *best)
+{
+    float tries[3][2 * DIRECT_MAX], los[3][DIRECT_MAX], his[3][DIRECT_MAX];
+    lanes b = {(rti_vf){0} + best->cost, (rti_vi){0} - 1};
+    int at;
+    for (uint32_t i = 0; i < count; i++)
+        for (int a = 0; a < 3; a++) {
+            tries[a][i] = los[a][i] = refs[i].lo[a];
+            tries[a][count + i] = his[a][i] = refs[i].hi[a];
+        }
+    for (int a = 0; a < 3; a++) {
+        for (uint32_t i = 2 * count; i % RTI_LANES; i++)
+            tries[a][i] = m[a].lo; /* no plane may stand there */
+        if (m[a].inner_lo < m[a].inner_hi)
+            try_axis(&m[a], a, los[a], his[a], tries[a], count, &b);
+    }
+    at = least_of(&b, &best->cost);
+    if (at < 0)
+        return;
+    best->axis = (uint32_t)at / 64;
+    best->pos = tries[best->axis][at % 64];
+    for (uint32_t i = 0; i < count; i++) {
+        best->left_count += los[best->axis][i] < best->pos;
+        best->right_count += his[best->axis][i] > best->pos;
+    }
+}
+
+/* ---- many: bins ----------------------------------------------------------------------------------------------------------- */
+
+/* Bounds a bin, by axis; the fourth lane is nobody's. */
 typedef struct bins {
-    uint32_t lo[3][MAX_BINS], hi[3][MAX_BINS]; /* low and high bounds a bin */
-    float scale[3], last;                      /* last: the highest bin's index */
+    uint32_t lo[MAX_BINS][4], hi[MAX_BINS][4];
+    rti_v4f base, scale;
+    float last; /* the highest bin's index */
     uint32_t count;
 } bins;
 
@@ -169,120 +226,193 @@ static inline uint32_t bin_of(float x, float lo, float scale, float last)
     return (uint32_t)(int32_t)(f < last ? f : last);
 }
 
-/* false: cancelled, the counts are not complete. */
-static bool fill_bins(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, bins *n)
+static inline rti_v4i bins_of(const bins *n, rti_v4f x)
+{
+    rti_v4f f = (x - n->base) * n->scale, last = rti_v4f_all(n->last);
+    return __builtin_convertvector(rti_v4f_pick(f < last, f, last), rti_v4i);
+}
+
+/* A reference's bounds; the fourth lane, which holds no number, is zero. */
+static inline rti_v4f bound_of(const float *three)
+{
+    rti_v4i v;
+    memcpy(&v, three, sizeof v);
+    return (rti_v4f)(v & (rti_v4i){-1, -1, -1, 0});
+}
+
+static void count_bounds(bins *n, const rti_ref *refs, size_t count, size_t stride)
+{
+    for (size_t i = 0; i < count * stride; i += stride) {
+        rti_v4i lo = bins_of(n, bound_of(refs[i].lo)), hi = bins_of(n, bound_of(refs[i].hi));
+        for (int a = 0; a < 3; a++) {
+            n->lo[lo[a]][a]++;
+            n->hi[hi[a]][a]++;
+        }
+    }
+}
+
+/* Every stride-th reference, `count` of them. false: cancelled, the counts are not complete. */
+static bool fill_bins(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, uint32_t stride, bins *n)
 {
     n->count = count < 64 ? 16 : (count < 1024 ? 32 : MAX_BINS);
     n->last = (float)(n->count - 1);
-    for (int a = 0; a < 3; a++) {
-        memset(n->lo[a], 0, n->count * sizeof(uint32_t));
-        memset(n->hi[a], 0, n->count * sizeof(uint32_t));
+    n->base = (rti_v4f){m[0].lo, m[1].lo, m[2].lo, 0.0f};
+    n->scale = rti_v4f_all(0.0f);
+    memset(n->lo, 0, n->count * sizeof n->lo[0]);
+    memset(n->hi, 0, n->count * sizeof n->hi[0]);
+    for (int a = 0; a < 3; a++)
         n->scale[a] = rtk_min((float)n->count / (m[a].hi - m[a].lo), 3.0e38f);
-    }
-    for (uint32_t i = 0; i < count; i++) {
-        for (int a = 0; a < 3; a++) {
-            n->lo[a][bin_of(refs[i].lo[a], m[a].lo, n->scale[a], n->last)]++;
-            n->hi[a][bin_of(refs[i].hi[a], m[a].lo, n->scale[a], n->last)]++;
-        }
-        if (i % 65536 == 65535 && rti_cancelled(b->cancel))
+    for (uint32_t i = 0; i < count; i += 65536) {
+        if (i > 0 && rti_cancelled(b->cancel))
             return false;
+        count_bounds(n, refs + (size_t)i * stride, count - i < 65536 ? count - i : 65536, stride);
     }
     return true;
 }
 
-/* What the counts alone say: a lower bound of every bin's cost, the cheapest edge between bins and the bin before it. */
+/* What the counts alone say, by axis: a lower bound of every bin's cost, the cheapest edge between bins and the bin before it. */
 typedef struct bounds {
-    float cost[3][MAX_BINS];
+    rti_v4f cost[MAX_BINS];
     float edge;
     uint32_t edge_axis, edge_bin;
 } bounds;
 
+#define ALL3(m, field) ((rti_v4f){(m)[0].field, (m)[1].field, (m)[2].field, 0.0f})
+
+static rti_v4f plane_costs(const measure *m, rti_v4f cap, rti_v4f rim, rti_v4i left, rti_v4i right, rti_v4f w0, rti_v4f w1)
+{
+    rti_v4f c = __builtin_convertvector(left, rti_v4f) * (cap + rim * w0);
+    c += __builtin_convertvector(right, rti_v4f) * (cap + rim * w1);
+    return m->traverse + m->intersect * rti_v4f_pick((left == 0) | (right == 0), c * m->keep, c);
+}
+
 static void bound_bins(const measure m[3], const bins *n, uint32_t count, bounds *out)
 {
-    out->edge = 3.0e38f;
-    out->edge_axis = out->edge_bin = 0;
-    for (uint32_t a = 0; a < 3; a++) {
-        float width = (m[a].hi - m[a].lo) / (float)n->count;
-        uint32_t left = 0, right = count;
-        bool usable = m[a].inner_lo < m[a].inner_hi;
-        for (uint32_t j = 0; j < n->count; j++) {
-            uint32_t right_after = right - n->hi[a][j];
-            float w0 = (float)j * width, w1 = (float)(n->count - 1 - j) * width;
-            out->cost[a][j] = 3.0e38f;
-            if (usable && n->lo[a][j] + n->hi[a][j] != 0)
-                out->cost[a][j] = 0.9999f * plane_cost(&m[a], (float)left, (float)right_after, w0, w1);
-            left += n->lo[a][j];
-            right = right_after;
-            if (usable && j + 1 < n->count) {
-                float c = plane_cost(&m[a], (float)left, (float)right, w0 + width, w1);
-                if (c < out->edge) {
-                    out->edge = c;
-                    out->edge_axis = a;
-                    out->edge_bin = j;
-                }
-            }
-        }
+    rti_v4f cap = ALL3(m, cap), rim = ALL3(m, rim), none = rti_v4f_all(3.0e38f), edge = none;
+    rti_v4f width = (ALL3(m, hi) - ALL3(m, lo)) * (1.0f / (float)n->count);
+    rti_v4i left = {0}, right = rti_v4i_all((int)count), usable = ALL3(m, inner_lo) < ALL3(m, inner_hi), edge_bin = {0};
+    usable &= (rti_v4i){-1, -1, -1, 0};
+    for (uint32_t j = 0; j < n->count; j++) {
+        rti_v4i lo, hi, take;
+        rti_v4f w0 = (float)j * width, w1 = (float)(n->count - 1 - j) * width, c;
+        memcpy(&lo, n->lo[j], sizeof lo);
+        memcpy(&hi, n->hi[j], sizeof hi);
+        c = 0.9999f * plane_costs(m, cap, rim, left, right - hi, w0, w1);
+        out->cost[j] = rti_v4f_pick(usable & ((lo | hi) != 0), c, none);
+        left += lo;
+        right -= hi;
+        if (j + 1 == n->count)
+            break;
+        c = plane_costs(m, cap, rim, left, right, w0 + width, w1);
+        take = usable & (c < edge);
+        edge = rti_v4f_pick(take, c, edge);
+        edge_bin = rti_v4i_pick(take, rti_v4i_all((int)j), edge_bin);
     }
+    out->edge_axis = 0;
+    for (uint32_t a = 1; a < 3; a++)
+        if (edge[a] < edge[out->edge_axis])
+            out->edge_axis = a;
+    out->edge = edge[out->edge_axis];
+    out->edge_bin = (uint32_t)edge_bin[out->edge_axis];
 }
 
 /* Sorts and sweeps the bounds in the bins of one axis that `wanted` marks. */
-static void refine_axis(const measure *m, uint32_t axis, const rti_ref *refs, uint32_t count, const bins *n,
-                        const bool wanted[MAX_BINS], float *scratch, rti_kd_split *best)
+static void refine_axis(const measure *m, uint32_t axis, const rti_ref *refs, uint32_t count, uint32_t stride, const bins *n,
+                        uint64_t wanted, float *scratch, rti_kd_split *best)
 {
-    float *los = scratch, *his = scratch + count, *temp = his + count;
+    float *los = scratch, *his = scratch + count, *temp = his + count, base = m->lo, scale = n->scale[axis], last = n->last;
     uint32_t lo_count = 0, hi_count = 0, lo_done = 0, hi_done = 0, left = 0, gone = 0;
     for (uint32_t i = 0; i < count; i++) {
-        los[lo_count] = refs[i].lo[axis];
-        lo_count += wanted[bin_of(refs[i].lo[axis], m->lo, n->scale[axis], n->last)];
-        his[hi_count] = refs[i].hi[axis];
-        hi_count += wanted[bin_of(refs[i].hi[axis], m->lo, n->scale[axis], n->last)];
+        const rti_ref *r = refs + (size_t)i * stride;
+        los[lo_count] = r->lo[axis];
+        lo_count += wanted >> bin_of(r->lo[axis], base, scale, last) & 1u;
+        his[hi_count] = r->hi[axis];
+        hi_count += wanted >> bin_of(r->hi[axis], base, scale, last) & 1u;
     }
     sort_floats(los, lo_count, temp);
     sort_floats(his, hi_count, temp);
-    for (uint32_t j = 0; j < n->count; j++) {
-        if (wanted[j]) {
-            sweep(m, axis, los + lo_done, n->lo[axis][j], his + hi_done, n->hi[axis][j], left, gone, count, best);
-            lo_done += n->lo[axis][j];
-            hi_done += n->hi[axis][j];
+    for (uint32_t j = 0; j < n->count && wanted >> j; j++) {
+        if (wanted >> j & 1u) {
+            sweep(m, axis, los + lo_done, n->lo[j][axis], his + hi_done, n->hi[j][axis], left, gone, count, best);
+            lo_done += n->lo[j][axis];
+            hi_done += n->hi[j][axis];
         }
-        left += n->lo[axis][j];
-        gone += n->hi[axis][j];
+        left += n->lo[j][axis];
+        gone += n->hi[j][axis];
     }
 }
 
-/* Bins to look into: all that may hold the best plane, or (binned) the one with the least bound and those beside the cheapest
- * edge. */
-static void choose_bins(const rti_build *b, const bins *n, const bounds *s, float leaf_cost, bool wanted[3][MAX_BINS])
+/* Bins to look into, a bit each: all that may hold the best plane, or (binned) the one with the least bound and those beside the
+ * cheapest edge. */
+static void choose_bins(const rti_build *b, const bins *n, const bounds *s, float leaf_cost, uint64_t wanted[3])
 {
     bool exact = b->builder == RTI_BUILD_KD_EXACT;
     float limit = s->edge * 1.0001f < leaf_cost ? s->edge * 1.0001f : leaf_cost, least = limit;
-    for (uint32_t a = 0; a < 3; a++)
-        for (uint32_t j = 0; j < n->count; j++)
-            least = s->cost[a][j] < least ? s->cost[a][j] : least;
-    for (uint32_t a = 0; a < 3; a++)
-        for (uint32_t j = 0; j < n->count; j++) {
+    rti_v4f low = rti_v4f_all(limit);
+    for (uint32_t j = 0; j < n->count; j++)
+        low = rti_v4f_pick(s->cost[j] < low, s->cost[j], low);
+    for (int a = 0; a < 3; a++)
+        least = low[a] < least ? low[a] : least;
+    for (uint32_t a = 0; a < 3; a++) {
+        wanted[a] = 0;
+        for (uint32_t j = 0; j < n->count && low[a] < limit; j++) {
             bool near = a == s->edge_axis && (j == s->edge_bin || j == s->edge_bin + 1);
-            wanted[a][j] = s->cost[a][j] < limit && (exact || near || s->cost[a][j] <= least);
+            wanted[a] |= (uint64_t)(s->cost[j][a] < limit && (exact || near || s->cost[j][a] <= least)) << j;
         }
+    }
 }
 
-static void split_binned(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, float *scratch,
-                         rti_kd_split *best)
+/* The plane at the cheapest edge. Counts are the bins', which may differ by those that lie on the plane but for rounding. */
+static void take_edge(const measure m[3], const bins *n, const bounds *s, uint32_t count, rti_kd_split *best)
+{
+    uint32_t axis = s->edge_axis, left = 0, right = count;
+    float pos = m[axis].lo + (m[axis].hi - m[axis].lo) * ((float)(s->edge_bin + 1) / (float)n->count);
+    for (uint32_t j = 0; j <= s->edge_bin; j++) {
+        left += n->lo[j][axis];
+        right -= n->hi[j][axis];
+    }
+    if (pos > m[axis].inner_lo && pos < m[axis].inner_hi)
+        *best = (rti_kd_split){s->edge, pos, axis, left, right};
+}
+
+static void split_binned(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, uint32_t stride,
+                         float *scratch, rti_kd_split *best)
 {
     bins n;
     bounds s;
-    bool wanted[3][MAX_BINS];
-    if (!fill_bins(b, m, refs, count, &n))
+    uint64_t wanted[3];
+    if (!fill_bins(b, m, refs, count, stride, &n))
         return; /* a leaf, in a tree that nobody will see */
     bound_bins(m, &n, count, &s);
-    choose_bins(b, &n, &s, best->cost, wanted);
-    for (uint32_t a = 0; a < 3; a++) {
-        bool any = false;
-        for (uint32_t j = 0; j < n.count; j++)
-            any |= wanted[a][j];
-        if (any)
-            refine_axis(&m[a], a, refs, count, &n, wanted[a], scratch, best);
+    if (b->builder == RTI_BUILD_KD_BINNED && count > EDGE_ABOVE && s.edge < best->cost) {
+        take_edge(m, &n, &s, count, best);
+        return;
     }
+    choose_bins(b, &n, &s, best->cost, wanted);
+    for (uint32_t a = 0; a < 3; a++)
+        if (wanted[a])
+            refine_axis(&m[a], a, refs, count, stride, &n, wanted[a], scratch, best);
+}
+
+/* ---- very many: a sample -------------------------------------------------------------------------------------------------- */
+
+/* The plane that is cheapest for every stride-th reference, with the counts and the cost of all. false: what the sample says is
+ * no split that pays. (Hunt, Mark, Stoll 2006 choose from samples of the cost; a sample of the primitives is as good for large
+ * nodes, and one pass over the memory is saved a level.) */
+static bool split_sampled(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, float *scratch,
+                          rti_kd_split *best)
+{
+    uint32_t stride = count / SAMPLE, left = 0, right = 0;
+    rti_kd_split s = {b->cost_intersect * (float)(count / stride), 0.0f, 3, 0, 0};
+    split_binned(b, m, refs, count / stride, stride, scratch, &s);
+    if (s.axis == 3)
+        return false;
+    for (uint32_t i = 0; i < count; i++) {
+        left += refs[i].lo[s.axis] < s.pos;
+        right += refs[i].hi[s.axis] > s.pos;
+    }
+    consider(&m[s.axis], s.axis, s.pos, left, right, best);
+    return best->axis < 3;
 }
 
 rti_kd_split rti_kd_find_split(const rti_build *b, const rti_cell *cell, const rti_ref *refs, uint32_t count, float *scratch)
@@ -292,7 +422,7 @@ rti_kd_split rti_kd_find_split(const rti_build *b, const rti_cell *cell, const r
     measure_cell(b, cell, m);
     if (count <= DIRECT_MAX)
         split_direct(m, refs, count, &best);
-    else
-        split_binned(b, m, refs, count, scratch, &best);
+    else if (b->builder == RTI_BUILD_KD_EXACT || count < 2 * SAMPLE || !split_sampled(b, m, refs, count, scratch, &best))
+        split_binned(b, m, refs, count, 1, scratch, &best);
     return best;
 }

@@ -1,66 +1,113 @@
 /* The octree's builder: cells are halved on all axes at once while they hold more primitives than a leaf may, and halving still
  * parts them. */
-#include <math.h>
 #include <string.h>
 
 #include "build.h"
+#include "vectors.h"
 
 #define STACK_MAX (7u * RTK_OCT_DEPTH + 8u)
 
-/* Does triangle `t` touch the cell grown by `grow`? Separating axes after Akenine-Moeller 2001, in double: of the growth nothing
- * is spent here. */
-static bool touches(const rtk_tri *t, const rti_cell *cell, double grow)
+/* Three coordinates by axis a, twice, so that those of the axes after it are a load away. The fourth lane is nobody's. */
+typedef struct turned {
+    float at[8];
+} turned;
+
+static inline turned turned_of(float x, float y, float z)
+{
+    return (turned){{x, y, z, x, y, z, 0.0f, 0.0f}};
+}
+
+static inline rti_v4f turned_by(const turned *t, int by)
+{
+    rti_v4f v;
+    memcpy(&v, t->at + by, sizeof v);
+    return v;
+}
+
+static inline rti_v4f absolute(rti_v4f x)
+{
+    return (rti_v4f)((rti_v4i)x & rti_v4i_all(0x7fffffff));
+}
+
+/* Bit i: the triangle's plane passes child i. e, f: two edges; v: a vertex; half: of a child's sides; room: half and what it is
+ * grown by. */
+static inline unsigned by_plane(const turned *e, const turned *f, const turned *v, rti_v4f half, rti_v4f room)
+{
+    rti_v4f x = turned_by(e, 1) * turned_by(f, 2), y = turned_by(e, 2) * turned_by(f, 1), n = x - y, v0 = turned_by(v, 0);
+    rti_v4f d = n * v0, reach = absolute(n) * room + (absolute(x) + absolute(y)) * (absolute(v0) + half) * 2.0e-6f, h = n * half;
+    float most = reach[0] + reach[1] + reach[2], mid = d[0] + d[1] + d[2];
+    rti_v4f s = mid + h[0] * (rti_v4f){1, -1, 1, -1} + h[1] * (rti_v4f){1, 1, -1, -1};
+    rti_v4i low = (rti_v4i){1, 2, 4, 8} & ~(absolute(s + h[2]) > most),
+            high = (rti_v4i){16, 32, 64, 128} & ~(absolute(s - h[2]) > most);
+    low |= high;
+    return (unsigned)(low[0] | low[1] | low[2] | low[3]);
+}
+
+/* Bit i: child i is not beyond an axis across an edge and an axis of the cell. Lanes are axes of the cell; with b and g the two
+ * after it, a child's place along the axis across it depends on its halves of b and g alone, so four answers serve all eight. */
+static inline unsigned by_edges(const turned v[3], const turned e[3], const turned *half, const turned *room)
+{
+    /* Children by the cell's axis, and by halves low low, high low, low high, high high of b and g. */
+    static const rti_v4i children[4] = {
+        {0x03, 0x05, 0x11, 0}, {0x0c, 0x50, 0x22, 0}, {0x30, 0x0a, 0x44, 0}, {0xc0, 0xa0, 0x88, 0}};
+    rti_v4i out[4] = {{0}, {0}, {0}, {0}}, all = {0};
+    for (int i = 0; i < 3; i++) {
+        const turned *o = &v[i == 0 ? 2 : i - 1];
+        rti_v4f eb = turned_by(&e[i], 1), eg = turned_by(&e[i], 2);
+        rti_v4f x = eb * turned_by(&v[i], 2) - eg * turned_by(&v[i], 1), y = eb * turned_by(o, 2) - eg * turned_by(o, 1);
+        rti_v4f by_b = eg * turned_by(half, 1), by_g = eb * turned_by(half, 2), sum = by_g + by_b, less = by_g - by_b;
+        rti_v4f reach = absolute(eb) * turned_by(room, 2) + absolute(eg) * turned_by(room, 1);
+        rti_v4i swap = x > y;
+        rti_v4f low = rti_v4f_pick(swap, y, x) - reach, high = rti_v4f_pick(swap, x, y) + reach;
+        out[0] |= (low > -less) | (high < -less);
+        out[1] |= (low > -sum) | (high < -sum);
+        out[2] |= (low > sum) | (high < sum);
+        out[3] |= (low > less) | (high < less);
+    }
+    for (int k = 0; k < 4; k++)
+        all |= out[k] & children[k];
+    return ~(unsigned)(all[0] | all[1] | all[2]);
+}
+
+/* Which of a cell's children does triangle `t` touch, grown by `grow`? Separating axes after Akenine-Moeller 2001, for all eight
+ * at once. In floats: coordinates err by less than 2^-22 of the scale each, the growth is 2^-17 of it, so half as much again
+ * covers every rounding (what cancels in the plane's normal has a term of its own), and what is listed too much does no harm. */
+static unsigned touched(const rtk_tri *t, const rti_cell *cell, float grow, unsigned mask)
 {
     const float *src[3] = {t->v0, t->v1, t->v2};
-    double c[3], h[3], v[3][3], e[3][3], n[3], d = 0.0, r = 0.0;
+    float mid[3], half[3];
+    turned v[3], e[3], halves, room;
     for (int a = 0; a < 3; a++) {
-        c[a] = 0.5 * ((double)cell->lo[a] + cell->hi[a]);
-        h[a] = 0.5 * ((double)cell->hi[a] - cell->lo[a]) + grow;
+        mid[a] = 0.5f * (cell->lo[a] + cell->hi[a]);
+        half[a] = 0.25f * (cell->hi[a] - cell->lo[a]);
     }
     for (int i = 0; i < 3; i++)
-        for (int a = 0; a < 3; a++)
-            v[i][a] = src[i][a] - c[a];
-    for (int i = 0; i < 3; i++)
-        for (int a = 0; a < 3; a++)
-            e[i][a] = v[(i + 1) % 3][a] - v[i][a];
-    for (int a = 0; a < 3; a++) {
-        int b = (a + 1) % 3, g = (a + 2) % 3;
-        n[a] = e[0][b] * e[1][g] - e[0][g] * e[1][b];
-        d += n[a] * v[0][a];
-        r += fabs(n[a]) * h[a];
+        v[i] = turned_of(src[i][0] - mid[0], src[i][1] - mid[1], src[i][2] - mid[2]);
+    for (int i = 0; i < 3; i++) {
+        const float *p = v[i].at, *q = v[i == 2 ? 0 : i + 1].at;
+        e[i] = turned_of(q[0] - p[0], q[1] - p[1], q[2] - p[2]);
     }
-    if (fabs(d) > r)
-        return false;
-    for (int i = 0; i < 3; i++)
-        for (int a = 0; a < 3; a++) {
-            int b = (a + 1) % 3, g = (a + 2) % 3;
-            double p = e[i][b] * v[i][g] - e[i][g] * v[i][b], q = e[i][b] * v[(i + 2) % 3][g] - e[i][g] * v[(i + 2) % 3][b];
-            r = fabs(e[i][b]) * h[g] + fabs(e[i][g]) * h[b];
-            if ((p > r && q > r) || (p < -r && q < -r))
-                return false;
-        }
-    return true;
+    grow *= 1.5f;
+    halves = turned_of(half[0], half[1], half[2]);
+    room = turned_of(half[0] + grow, half[1] + grow, half[2] + grow);
+    mask &= by_plane(&e[0], &e[1], &v[0], turned_by(&halves, 0), turned_by(&room, 0));
+    return (mask & (mask - 1)) != 0 ? mask & by_edges(v, e, &halves, &room) : mask;
 }
 
 /* Bit i of the result: the reference belongs to child i. Boxes stay whole: only the cell counts. */
-static unsigned children_of(const rti_build *b, const rti_ref *ref, const rti_cell cells[8])
+static unsigned children_of(const rti_build *b, const rti_ref *ref, const rti_cell *cell, const rti_cell cells[8])
 {
-    unsigned low = 0, high = 0, mask = 0;
+    static const uint8_t high_of[8] = {0xff, 0xaa, 0xcc, 0x88, 0xf0, 0xa0, 0xc0, 0x80}; /* children in all these high halves */
+    static const uint8_t low_of[8] = {0xff, 0x55, 0x33, 0x11, 0x0f, 0x05, 0x03, 0x01};
+    unsigned not_low = 0, not_high = 0, mask;
     for (int a = 0; a < 3; a++) {
-        low |= (unsigned)(ref->lo[a] < cells[0].hi[a]) << a;
-        high |= (unsigned)(ref->hi[a] > cells[7].lo[a]) << a;
+        not_low |= (unsigned)!(ref->lo[a] < cells[0].hi[a]) << a;
+        not_high |= (unsigned)!(ref->hi[a] > cells[7].lo[a]) << a;
     }
-    for (unsigned i = 0; i < 8; i++) {
-        if ((~low & ~i & 7u) || (~high & i))
-            continue;
-        mask |= 1u << i;
-    }
+    mask = high_of[not_low] & low_of[not_high];
     if ((mask & (mask - 1)) == 0 || ref->prim >= b->in->tri_count)
         return mask;
-    for (unsigned i = 0; i < 8; i++)
-        if ((mask >> i & 1u) && !touches(&b->in->tris[ref->prim], &cells[i], b->in->grow))
-            mask &= ~(1u << i);
-    return mask;
+    return touched(&b->in->tris[ref->prim], cell, b->in->grow, mask);
 }
 
 static void child_cells(const rti_cell *cell, rti_cell out[8])
@@ -84,7 +131,7 @@ static bool choose(const rti_build *b, const rti_item *it, const rti_ref *refs, 
             return false;
     memset(counts, 0, 8 * sizeof *counts);
     for (uint32_t i = 0; i < it->count; i++) {
-        unsigned mask = children_of(b, &refs[i], cells);
+        unsigned mask = children_of(b, &refs[i], &it->cell, cells);
         masks[i] = (uint8_t)mask;
         for (unsigned c = 0; c < 8; c++)
             counts[c] += mask >> c & 1u;

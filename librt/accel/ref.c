@@ -107,6 +107,54 @@ bool rti_ref_root(const rti_build *b, uint32_t prim, rti_ref *out)
     return ok;
 }
 
+/* Boxes of the triangle's parts on the two sides of the plane, each cut to what its reference was: a clip to the whole cell parts
+ * more, but this is quick and lists too much at worst. Only the bounds across the other two axes change. */
+static unsigned cut_plane(const rti_build *b, const rti_ref *ref, unsigned axis, float pos, rti_ref *left, rti_ref *right)
+{
+    const rtk_tri *tri = &b->in->tris[ref->prim];
+    const float *verts[3] = {tri->v0, tri->v1, tri->v2};
+    unsigned across[2] = {(axis + 1) % 3, (axis + 2) % 3}, sides = 0;
+    double grow = b->in->grow, x[3], w[3][2];
+    for (int i = 0; i < 3; i++) {
+        x[i] = verts[i][axis];
+        w[i][0] = verts[i][across[0]];
+        w[i][1] = verts[i][across[1]];
+    }
+    for (unsigned side = 0; side < 2; side++) {
+        double at = side == 0 ? pos + grow : pos - grow, lo[2] = {HUGE_VAL, HUGE_VAL}, hi[2] = {-HUGE_VAL, -HUGE_VAL};
+        rti_ref *out = side == 0 ? left : right;
+        bool in[3], empty = false;
+        for (int i = 0; i < 3; i++) {
+            in[i] = side == 0 ? x[i] <= at : x[i] >= at;
+            for (int k = 0; k < 2 && in[i]; k++) {
+                lo[k] = w[i][k] < lo[k] ? w[i][k] : lo[k];
+                hi[k] = w[i][k] > hi[k] ? w[i][k] : hi[k];
+            }
+        }
+        for (int i = 0; i < 3; i++) {
+            int j = i == 2 ? 0 : i + 1;
+            if (in[i] == in[j])
+                continue;
+            double t = (at - x[i]) / (x[j] - x[i]);
+            for (int k = 0; k < 2; k++) {
+                double p = w[i][k] + t * (w[j][k] - w[i][k]);
+                lo[k] = p < lo[k] ? p : lo[k];
+                hi[k] = p > hi[k] ? p : hi[k];
+            }
+        }
+        *out = *ref;
+        (side == 0 ? out->hi : out->lo)[axis] = pos;
+        for (int k = 0; k < 2; k++) {
+            float low = (float)(lo[k] - grow), high = (float)(hi[k] + grow);
+            out->lo[across[k]] = rtk_max(low, ref->lo[across[k]]);
+            out->hi[across[k]] = rtk_min(high, ref->hi[across[k]]);
+            empty |= !(out->lo[across[k]] < out->hi[across[k]]);
+        }
+        sides |= (unsigned)!empty << side;
+    }
+    return sides;
+}
+
 unsigned rti_ref_cut(const rti_build *b, const rti_cell *cell, const rti_ref *ref, unsigned axis, float pos, bool clip,
                      rti_ref *left, rti_ref *right)
 {
@@ -118,6 +166,8 @@ unsigned rti_ref_cut(const rti_build *b, const rti_cell *cell, const rti_ref *re
         right->lo[axis] = pos;
         return 3;
     }
+    if (b->builder == RTI_BUILD_KD_BINNED)
+        return cut_plane(b, ref, axis, pos, left, right);
     const rtk_tri *tri = &b->in->tris[ref->prim];
     double grow = b->in->grow, lo[3], hi[3];
     polygon bufs[2], half;

@@ -88,6 +88,74 @@ static void test_small(void **state)
     rt_context_destroy(ctx);
 }
 
+/* Is primitive `prim` in the leaf whose cell holds the point? */
+static bool listed(const rtk_tree *tree, const double at[3], uint32_t prim)
+{
+    const rti_tree_kind *kind = rti_tree_kind_of(tree->kind);
+    rti_tree_spot spot = rti_tree_root(tree), children[RTI_TREE_CHILDREN];
+    uint32_t refs, n, first;
+    while ((n = kind->open(tree, &spot, children, &refs)) > 0)
+        for (uint32_t i = 0; i < n; i++) {
+            const rti_tree_spot *c = &children[i];
+            bool in = true;
+            for (int a = 0; a < 3; a++)
+                in = in && at[a] >= c->lo[a] && at[a] <= c->hi[a];
+            if (in) {
+                spot = *c;
+                break;
+            }
+        }
+    first = tree->kind == RTK_TREE_KD ? tree->kd[spot.node].a : tree->oct[spot.node].first;
+    for (uint32_t i = 0; i < refs; i++)
+        if (tree->refs[first + i] == prim)
+            return true;
+    return false;
+}
+
+/* What kernel/ray.h builds on: a triangle is listed wherever a point lies that is nearer to it than the growth on every axis. */
+static void test_lists(void **state)
+{
+    static const float scales[] = {1.0f, 1.0e-3f, 1.0e5f};
+    rt_context *ctx = context(1);
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        test_mesh m = {0};
+        test_rng r = {11};
+        test_mesh_soup(&m, 3000, 0.1f, 3);
+        test_mesh_soup(&m, 40, 2.0f, 4);
+        test_mesh_slivers(&m, 500);
+        test_mesh_lattice(&m, 6);
+        test_mesh_place(&m, scales[i], i == 0 ? 30.0f : 0.0f);
+        rti_build_input in = test_input(&m);
+        for (int b = 0; b < 3; b++) {
+            void *chunk;
+            size_t size;
+            uint32_t lost = 0;
+            assert_int_equal(rti_tree_build(ctx, &in, &(rti_build_settings){.builder = builders[b]}, NULL, &chunk, &size), RT_OK);
+            rtk_tree tree = rti_tree_view(chunk);
+            for (uint32_t t = 0; t < m.count; t++)
+                for (int k = 0; k < 16; k++) {
+                    double u = test_unit(&r), v = test_unit(&r) * (1.0 - u), at[3];
+                    if (k < 3) { /* vertices */
+                        u = k == 1;
+                        v = k == 2;
+                    }
+                    for (int a = 0; a < 3; a++) {
+                        const rtk_tri *tri = &m.tris[t];
+                        at[a] = tri->v0[a] + u * ((double)tri->v1[a] - tri->v0[a]) + v * ((double)tri->v2[a] - tri->v0[a]);
+                        at[a] += 0.9 * in.grow * ((int)(test_u32(&r) % 3) - 1);
+                        at[a] = fmin(fmax(at[a], in.lo[a]), in.hi[a]);
+                    }
+                    lost += !listed(&tree, at, t);
+                }
+            assert_int_equal(lost, 0);
+            rti_free(ctx, chunk, size);
+        }
+        test_mesh_free(&m);
+    }
+    rt_context_destroy(ctx);
+}
+
 /* A million copies: nothing can part them, and no builder may try for long. */
 static void test_copies(void **state)
 {
@@ -421,10 +489,12 @@ static void test_broken(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_bytes), cmocka_unit_test(test_small),       cmocka_unit_test(test_copies),
-        cmocka_unit_test(test_degenerate), cmocka_unit_test(test_flat),        cmocka_unit_test(test_sizes),
-        cmocka_unit_test(test_settings),   cmocka_unit_test(test_binned_cost), cmocka_unit_test(test_allocation_failure),
-        cmocka_unit_test(test_cancel),     cmocka_unit_test(test_broken),
+        cmocka_unit_test(test_same_bytes),  cmocka_unit_test(test_small),
+        cmocka_unit_test(test_lists),       cmocka_unit_test(test_copies),
+        cmocka_unit_test(test_degenerate),  cmocka_unit_test(test_flat),
+        cmocka_unit_test(test_sizes),       cmocka_unit_test(test_settings),
+        cmocka_unit_test(test_binned_cost), cmocka_unit_test(test_allocation_failure),
+        cmocka_unit_test(test_cancel),      cmocka_unit_test(test_broken),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
