@@ -161,6 +161,22 @@ local function read_object(s, at, depth)
   end)
 end
 
+-- Strictly as the standard has it, which is less than Lua reads.
+local function read_number(s, at)
+  local digits = s:match("^-?%d+", at)
+  local stop = at + #digits
+  if digits:find "^-?0%d" then
+    fault(at, "a number begins with 0")
+  end
+  if s:find("^%.", stop) then
+    stop = stop + #(s:match("^%.%d+", stop) or fault(stop, "no digit behind the point"))
+  end
+  if s:find("^[eE]", stop) then
+    stop = stop + #(s:match("^[eE][+-]?%d+", stop) or fault(stop, "no digit in the exponent"))
+  end
+  return tonumber(s:sub(at, stop - 1)), stop
+end
+
 local WORDS = { { "true", true }, { "false", false }, { "null", nil } }
 
 function read(s, at, depth)
@@ -175,10 +191,8 @@ function read(s, at, depth)
   elseif mark == '"' then
     return read_text(s, at)
   end
-  local digits = s:match("^-?%d+%.?%d*[eE]?[+-]?%d*", at)
-  local value = digits and tonumber(digits)
-  if value then
-    return value, at + #digits
+  if s:find("^-?%d", at) then
+    return read_number(s, at)
   end
   for _, word in ipairs(WORDS) do
     if s:sub(at, at + #word[1] - 1) == word[1] then

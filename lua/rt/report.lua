@@ -1,4 +1,5 @@
 -- The report of a sweep: index.html, contact sheets and plots, all made from DIR/results.json and the images beside it. Made again, it is the same.
+-- Of a sweep that is running or was killed, results.json is made from its journal first.
 
 local check = require "rt.check"
 local core = require "rt.core"
@@ -42,6 +43,7 @@ local KNOWN = { "results.csv", "runs.csv", "results.json", "machine.json" }
 -- results.json or cannot be written to.
 function report.write(folder, options)
   options = options or {}
+  require("rt.sweep_again").refresh(folder) -- a sweep that was killed had no time to
   local study = data.read(folder .. "/results.json")
   local files, sheets, notes = {}, {}, {}
   local function write(name, content)

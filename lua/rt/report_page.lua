@@ -258,17 +258,20 @@ end
 
 -- ---- images ----
 
-local function compare(o, second)
+local FLIP_MODE = [[
+<label><input type="radio" name="mode" value="flip">FLIP of A against its reference</label>]]
+
+local function compare(o, second, maps)
   o:add([[<div class="compare" id="compare" data-second="%d" hidden><div class="tools">
 <label>A, left <select id="a"></select></label><label>B, right <select id="b"></select></label>
 <button type="button" class="plain" id="swap">Swap</button>
 <fieldset><legend>Show as</legend><label><input type="radio" name="mode" value="slide" checked>slider</label>
 <label><input type="radio" name="mode" value="side">side by side</label>
-<label><input type="radio" name="mode" value="difference">difference</label></fieldset>
+<label><input type="radio" name="mode" value="difference">difference</label>%s</fieldset>
 <label id="slidelabel">Divider <input type="range" id="slide" min="0" max="100" step="0.5" value="50"></label>
 <label id="gainlabel" hidden><span>Brightness of the difference <span id="gainvalue"></span></span>
 <input type="range" id="gain" min="1" max="64" step="1" value="4"></label>
-</div><div id="stage" class="stage"></div></div>]], second)
+</div><div id="stage" class="stage"></div></div>]], second, maps and FLIP_MODE or "")
 end
 
 local function links(names, word)
@@ -292,10 +295,11 @@ local function other_image(shown)
 end
 
 local function images(o, study, sheets)
-  local shown = {}
+  local shown, maps = {}, false
   for _, p in ipairs(study.points) do
     if p.image then
       shown[#shown + 1] = p
+      maps = maps or p.map ~= nil
     end
   end
   if #shown == 0 then
@@ -303,16 +307,19 @@ local function images(o, study, sheets)
   end
   o:add '<section aria-labelledby="images"><h2 id="images">Images</h2>'
   if #shown > 1 then
-    compare(o, other_image(shown))
+    compare(o, other_image(shown), maps)
   end
   o:add '<ul class="gallery">'
   for _, p in ipairs(shown) do
     local src, name = address(p.image), escape(text.short(p.label, 200))
     local size = p.width and p.height and (' width="%d" height="%d"'):format(p.width, p.height) or ""
     local small = p.width and p.width <= 160 and ' class="small"' or ""
-    o:add('<li data-src="%s" data-name="%s" data-w="%d"><a href="%s"><img loading="lazy" decoding="async" src="%s" alt="%s"%s%s></a>', src, name,
-      p.width or 0, src, src, name, size, small)
-    o:add('<div class="cap">%s</div><div class="pick" hidden>', name)
+    local map = p.map and (' data-map="%s" data-mean="%s"'):format(address(p.map), p.derived.flip and text.number(p.derived.flip) or "") or ""
+    o:add('<li data-src="%s" data-name="%s" data-w="%d"%s><a href="%s"><img loading="lazy" decoding="async" src="%s" alt="%s"%s%s></a>', src, name,
+      p.width or 0, map, src, src, name, size, small)
+    local flip = p.map and (' \u{B7} <a href="%s">FLIP%s</a>'):format(address(p.map),
+      p.derived.flip and " " .. text.number(p.derived.flip) or "") or ""
+    o:add('<div class="cap">%s%s</div><div class="pick" hidden>', name, flip)
     o:add('<button type="button" class="plain" data-to="a" aria-label="Show %s as A">A</button>', name)
     o:add('<button type="button" class="plain" data-to="b" aria-label="Show %s as B">B</button></div></li>', name)
   end

@@ -152,7 +152,7 @@ local function into_unit(plot)
 end
 
 local PLAIN = {
-  seconds = "time", build_seconds = "time of the trees", speedup = "speed-up", psnr = "PSNR", mse = "mean squared error", ssim = "SSIM",
+  seconds = "time", build_seconds = "time of the trees", speedup = "speed-up", psnr = "PSNR", mse = "mean squared error", ssim = "SSIM", flip = "FLIP",
   differing = "differing pixels", peak_memory_bytes = "peak memory",
 }
 
@@ -363,8 +363,10 @@ function plots.of(study)
     for i = 1, math.min(#columns, 2) do
       heat_maps(study, axes, columns[i], list)
     end
-    if workers and distinct(study, "efficiency") then
-      heat_maps(study, axes, "efficiency", list)
+    for _, column in ipairs { "efficiency", "flip" } do
+      if (workers or column == "flip") and column ~= columns[1] and column ~= columns[2] and distinct(study, column) then
+        heat_maps(study, axes, column, list)
+      end
     end
   end
   add(list, busy(study, axes))

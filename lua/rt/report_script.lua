@@ -49,7 +49,8 @@ const box=$("#compare");
 if(box){
   box.hidden=false;
   const a=$("#a"),b=$("#b"),slide=$("#slide"),gain=$("#gain"),stage=$("#stage");
-  const items=$$(".gallery li[data-src]").map(li=>({src:li.dataset.src,name:li.dataset.name,w:+li.dataset.w||0}));
+  const items=$$(".gallery li[data-src]").map(li=>({src:li.dataset.src,name:li.dataset.name,w:+li.dataset.w||0,
+    map:li.dataset.map,mean:li.dataset.mean}));
   items.forEach((it,i)=>[a,b].forEach(s=>s.add(new Option(it.name,i))));
   a.value=0;b.value=Math.min(items.length-1,Number(box.dataset.second)||1);
   const image=(it,cls)=>{const m=new Image();m.src=it.src;m.alt=it.name;m.className=cls+(it.w&&it.w<=160?" small":"");m.draggable=false;return m};
@@ -57,28 +58,30 @@ if(box){
   const mode=()=>$("input[name=mode]:checked").value;
   let pane,top,divider;
   const place=()=>{
-    if(mode()!=="slide"||!top)return;
+    if(!divider)return;
     const v=Number(slide.value);
     top.style.clipPath="inset(0 0 0 "+v+"%)";divider.style.left="calc("+v+"% - 1px)";
     slide.setAttribute("aria-valuetext",v+"% of A");
   };
   const bright=()=>{if(mode()==="difference"&&pane)pane.style.filter="brightness("+gain.value+")";$("#gainvalue").textContent="\u00d7"+gain.value};
   const draw=()=>{
-    const A=items[a.value],B=items[b.value],m=mode();
+    const m=mode(),A=items[a.value],map={src:A.map,name:A.map?"FLIP "+A.mean:"it has no reference: nothing to show",w:A.w};
+    const B=m==="flip"?map:items[b.value],slides=m==="slide"||m==="flip";
     stage.textContent="";stage.className="stage"+(m==="side"?" side":"");top=divider=null;
-    $("#slidelabel").hidden=m!=="slide";$("#gainlabel").hidden=m!=="difference";
+    $("#slidelabel").hidden=!slides;$("#b").disabled=m==="flip";$("#gainlabel").hidden=m!=="difference";
     if(m==="side"){
       [[A,"a"],[B,"b"]].forEach(([it,s])=>{pane=document.createElement("div");pane.className="pane";pane.append(image(it,""),corner(it,s));
         stage.append(pane)});
       return;
     }
-    pane=document.createElement("div");pane.className="pane "+m;
-    top=image(B,"over-image");
-    pane.append(image(A,""),top);
-    if(m==="slide"){divider=document.createElement("div");divider.className="divider";pane.append(divider,corner(A,"a"),corner(B,"b"))}
+    pane=document.createElement("div");pane.className="pane "+(slides?"slide":m);
+    pane.append(image(A,""));
+    if(m!=="flip"||A.map){top=image(B,"over-image");pane.append(top)}
+    if(slides&&top){divider=document.createElement("div");divider.className="divider";pane.append(divider)}
+    if(slides)pane.append(corner(A,"a"),corner(B,"b"));
     stage.append(pane);
     place();bright();
-    if(m==="slide"){
+    if(divider){
       const move=e=>{const r=pane.getBoundingClientRect();slide.value=Math.max(0,Math.min(100,(e.clientX-r.left)/r.width*100));place()};
       pane.addEventListener("pointerdown",e=>{pane.setPointerCapture(e.pointerId);move(e);e.preventDefault()});
       pane.addEventListener("pointermove",e=>{if(e.buttons)move(e)});

@@ -120,9 +120,17 @@ footer{color:var(--soft);font-size:.86rem;padding-top:30px;padding-bottom:40px;m
 th,td{padding:5px 9px}thead th button{padding:5px 9px}figure{padding:10px 8px}.gallery{grid-template-columns:repeat(auto-fill,minmax(140px,1fr))}
 dl.machine{grid-template-columns:1fr}dl.machine dd{margin-bottom:6px}}
 @media print{:root{color-scheme:light;--bg:#fff;--fg:#000;--soft:#444;--line:#bbb;--panel:#fff;--tint:#f2f2f2;--link:#000}
-body{font-size:10pt}nav,.tools,.compare,.skip,.pick{display:none!important}.scroll{max-height:none;overflow:visible;border:0}
-table{font-size:8pt}
-.more{display:none}th,td{padding:2px 5px;white-space:normal}thead{display:table-header-group}thead th{position:static}tr{break-inside:avoid}
-thead th button{white-space:normal;overflow-wrap:anywhere;padding:2px 4px}th[aria-sort] button::after{content:none}
-.plots{grid-template-columns:1fr 1fr}}
+@page{margin:13mm 12mm}
+body{font-size:9.5pt;line-height:1.4}main,header.top,footer{padding:0;max-width:none}header.top{padding-top:0}
+nav,.tools,.compare,.skip,.pick{display:none!important}
+h1{font-size:17pt}h2{font-size:12.5pt;margin:20px 0 8px}h2,h3{break-after:avoid}h3{font-size:9.5pt}
+.facts{gap:8px 18px;margin:12px 0 4px;grid-template-columns:repeat(5,1fr)}.facts dd{font-size:11.5pt}.warnings{margin:10px 0;break-inside:avoid}
+pre,.gallery li,.facts div{break-inside:avoid}
+.plots{grid-template-columns:1fr 1fr;gap:10px}figure{padding:8px}figcaption,.legend{font-size:7.5pt;line-height:1.3}.legend{gap:0 10px}
+svg.chart{max-width:none}.gallery{grid-template-columns:repeat(4,1fr);gap:10px;margin-top:8px}.gallery .cap{font-size:7.5pt}
+.scroll{max-height:none;overflow:visible;border:0}table{font-size:7.5pt}.more{display:none}
+th,td{padding:2px 5px;white-space:normal}td.n,td.n small{white-space:nowrap}td.n small{font-size:6.5pt}
+thead{display:table-header-group}thead th{position:static}tr{break-inside:avoid}
+thead th[aria-sort]{padding:2px 4px}thead th button{display:contents}th[aria-sort] button::after{content:none}
+dl.machine{font-size:8.5pt}footer{margin-top:16px;padding:8px 0 0}}
 ]=]

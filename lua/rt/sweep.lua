@@ -7,6 +7,7 @@ local facts = require "rt.facts"
 local presets = require "rt.sweep_presets"
 local run = require "rt.run"
 local settings = require "rt.settings"
+local sweep_again = require "rt.sweep_again"
 local sweep_folder = require "rt.sweep_folder"
 local sweep_plan = require "rt.sweep_plan"
 local sweep_work = require "rt.sweep_work"
@@ -221,6 +222,24 @@ local function open_store(s)
   end
 end
 
+local function measure(s)
+  sweep_work.describe(s)
+  if s.store then
+    sweep_again.keep(s)
+  end
+  sweep_work.work(s)
+end
+
+-- Tables and page of what was found until it ended; quickly, for somebody has pressed Ctrl-C.
+local function leave(s)
+  if s.store then
+    sweep_work.write_tables(s, sweep_work.results_of(s))
+    if s.report ~= false then
+      require("rt.report").write(s.output, { plots = false, sheets = false })
+    end
+  end
+end
+
 local function execute(t)
   local s = prepare(t)
   local store <close> = setmetatable({}, { __close = function()
@@ -235,13 +254,12 @@ local function execute(t)
   end
   open_store(s)
   warn_busy(s)
-  sweep_work.describe(s)
-  local ok, raised = pcall(sweep_work.work, s)
-  local results = sweep_work.results_of(s)
+  local ok, raised = pcall(measure, s)
   if not ok then
-    pcall(sweep_work.write_tables, s, results) -- what was found until now; that it ends is the greater news
+    pcall(leave, s) -- that it ends is the greater news
     error(raised, 0)
   end
+  local results = sweep_work.results_of(s)
   sweep_work.write_tables(s, results)
   if s.store and s.report ~= false then
     results.report = require("rt.report").write(s.output)

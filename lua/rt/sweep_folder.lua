@@ -11,7 +11,7 @@ local methods = {}
 methods.__index = methods
 
 local FORMAT = 1
-local OURS = { "results.csv", "results.json", "runs.csv", "machine.json", "images", "reference", "index.html" }
+local OURS = { "results.csv", "results.json", "runs.csv", "machine.json", "plan.json", "images", "maps", "reference", "index.html" }
 
 local function quote(path)
   return "'" .. words.quote(path, 4096) .. "'"
@@ -106,6 +106,10 @@ function takers.image(self, t)
   self.images[t.key or ""] = t
 end
 
+function takers.failed(self, t)
+  self.failures[t.key or ""] = t.message
+end
+
 function takers.metrics(self, t)
   self.metrics[t.key or ""] = t
 end
@@ -131,16 +135,18 @@ local function replay(self, text, note)
 end
 
 local function forget(self)
-  for key, image in next, self.images do
-    if type(image.file) == "string" and not image.file:find("..", 1, true) then
-      os.remove(self.path(image.file))
+  for _, list in ipairs { self.images, self.metrics } do
+    for _, record in next, list do -- in any order
+      local name = record.file or record.map
+      if type(name) == "string" and not name:find("..", 1, true) then
+        os.remove(self.path(name))
+      end
     end
-    self.images[key] = nil
   end
   for _, name in ipairs(core.list_folder(self.path "reference") or {}) do
     os.remove(self.path("reference/" .. name))
   end
-  self.runs, self.images, self.metrics, self.machines, self.machine_list, self.header = {}, {}, {}, {}, {}, nil
+  self.runs, self.images, self.metrics, self.failures, self.machines, self.machine_list, self.header = {}, {}, {}, {}, {}, {}, nil
 end
 
 local function refuse_strangers(self, scene)
@@ -187,7 +193,7 @@ end
 function sweep_folder.open(folder, scene, o)
   folder = folder:gsub("(.)/+$", "%1")
   local self = setmetatable({
-    folder = folder, runs = {}, images = {}, metrics = {}, machines = {}, machine_list = {}, machine = facts.machine(),
+    folder = folder, runs = {}, images = {}, metrics = {}, failures = {}, machines = {}, machine_list = {}, machine = facts.machine(),
     path = function(name) return folder .. "/" .. name end,
   }, methods)
   make(folder)
@@ -243,9 +249,17 @@ end
 
 -- The whole records of all runs: while points are measured only hashes and machines are held, so that many of them take little memory.
 function methods.all_records(self)
-  local all = { runs = {}, images = {}, metrics = {}, machines = {}, machine_list = {}, full = true, path = self.path }
+  local all = { runs = {}, images = {}, metrics = {}, failures = {}, machines = {}, machine_list = {}, full = true, path = self.path }
   replay(all, read_file(self.path "journal.jsonl") or "", function() end)
   return all
+end
+
+-- The records of a folder for who only looks, and may replace tables.
+function sweep_folder.look(folder)
+  local self = setmetatable({ folder = folder, path = function(name) return folder .. "/" .. name end }, methods)
+  local all = self:all_records()
+  self.machines, self.machine_list = all.machines, all.machine_list
+  return self
 end
 
 -- Replaces a file by text when all of it is on disk.

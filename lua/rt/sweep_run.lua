@@ -35,6 +35,8 @@ local function unpack_text(value)
   return value
 end
 
+sweep_run.pack, sweep_run.unpack = pack, unpack_text
+
 local function pack_pairs(list)
   local packed = {}
   for i, pair in ipairs(list or {}) do

@@ -44,7 +44,7 @@ local own = {}
 for _, c in ipairs(sweep_tables.columns) do
   own[c.name] = c
 end
-local FIELDS = { "key", "status", "message", "image", "width", "height", "run", "machine", "label", "description", "per_worker", "measured" }
+local FIELDS = { "key", "status", "message", "image", "map", "width", "height", "run", "machine", "label", "description", "per_worker", "measured" }
 for _, name in ipairs(FIELDS) do
   own[name] = {}
 end
@@ -127,7 +127,7 @@ local function point_json(p, axes, per_run, per_point)
     runs[i] = o
   end
   local o = json.object():set("key", p.key):set("values", object_of(p.values, axes)):set("label", p.label):set("status", p.status)
-  for _, key in ipairs { "message", "image", "width", "height", "hash", "description" } do
+  for _, key in ipairs { "message", "image", "map", "width", "height", "hash", "description" } do
     put(o, key, p[key])
   end
   o:set("oversubscribed", p.oversubscribed)

@@ -8,6 +8,7 @@ local sweep_plan = require "rt.sweep_plan"
 local sweep_run = require "rt.sweep_run"
 local sweep_tables = require "rt.sweep_tables"
 local sweep_worker = require "rt.sweep_worker"
+local words = require "rt.words"
 
 local sweep_work = {}
 
@@ -72,6 +73,11 @@ local function is_whole(s, record)
   return record.whole
 end
 
+-- Where FLIP of each pixel against the reference is kept as a picture: below maps/ by the image's name.
+local function map_file(p)
+  return (p.file:gsub("^images/", "maps/"))
+end
+
 local function reference_file(p)
   return "reference/" .. p.key .. ".raw"
 end
@@ -84,7 +90,8 @@ local function lacks_picture(s, p)
   local metrics = s.store.metrics[p.key]
   return s.images and not is_whole(s, s.store.images[p.key])
     or p.is_reference and not core.file_stat(s.store.path(reference_file(p)))
-    or p.compared and not (metrics and metrics.reference == p.compared.key and metrics.of == s.image_hash(p.compared))
+    or p.compared and not (metrics and metrics.reference == p.compared.key and metrics.of == s.image_hash(p.compared)
+      and (not s.images or not metrics.map or core.file_stat(s.store.path(metrics.map))))
 end
 
 -- How an image differs from its reference's, as far as their sizes are the same.
@@ -96,7 +103,13 @@ local function compare(s, p, made)
   local w, h = made:size()
   local ow, oh = other:size()
   local o = json.object():set("t", "metrics"):set("key", p.key):set("reference", p.compared.key):set("of", other:hash())
-  local found = w == ow and h == oh and image.compare(other, made, { flip = true }) or {}
+  local found = w == ow and h == oh and image.compare(other, made, { flip = true, map = s.images and "flip" or nil }) or {}
+  if found.map then
+    s.store:sub_folder "maps"
+    found.map:color_map("magma"):save(s.store.path(map_file(p)), { text = false })
+    found.map:release()
+    o:set("map", map_file(p))
+  end
   for _, name in ipairs(METRICS) do
     local value = found[name]
     if math.type(value) and value == value and math.abs(value) ~= math.huge then
@@ -253,13 +266,17 @@ local function point_of(s, p, index, all, number)
       q.runs[#q.runs + 1] = r
     end
   end
-  q.status = p.failed and "failed" or #q.runs == s.count and "done" or "missing"
+  q.message = q.message or #q.runs < s.count and s.looks_again and all.failures[p.key] or nil
+  q.status = q.message and "failed" or #q.runs == s.count and "done" or "missing"
   if s.store then
     local picture, metrics = all.images[p.key], all.metrics[p.key]
     q.image = picture and (p.saved or is_whole(s, picture)) and picture.file or nil
     q.metrics = {}
-    for _, name in ipairs(metrics and metrics.reference == q.reference and METRICS or {}) do
-      q.metrics[name] = metrics[name]
+    if metrics and metrics.reference == q.reference then
+      for _, name in ipairs(METRICS) do
+        q.metrics[name] = metrics[name]
+      end
+      q.map = type(metrics.map) == "string" and core.file_stat(s.store.path(metrics.map)) and metrics.map or nil
     end
   end
   return q
@@ -317,6 +334,9 @@ function sweep_work.work(s)
       end
       if not answer or not ok then
         p.failed = why or raised
+        if s.store then
+          s.store:add(json.object():set("t", "failed"):set("key", p.key):set("message", words.quote(p.failed, 4096)))
+        end
         tell(s, { kind = "failed", label = p.label, message = p.failed })
       elseif task.picture then
         keep_picture(s, p, answer)

@@ -168,6 +168,16 @@ local function guard_scene(command, values, path)
   end)
 end
 
+-- Which page, or which command, shows what an interrupted sweep has found.
+local function shown_by(t)
+  if not sys.stat(t.output .. "/results.json") then
+    return ""
+  elseif t.report and sys.stat(t.output .. "/index.html") then
+    return ("; %s shows it, and `rtray report %s` adds plots for papers"):format(types.quote(t.output .. "/index.html"), types.quote(t.output))
+  end
+  return ("; `rtray report %s` makes a page of it"):format(types.quote(t.output))
+end
+
 function command_of.run(command, values, arguments)
   local t = wanted(command, values, arguments)
   if not t.output and not t.dry then
@@ -179,7 +189,8 @@ function command_of.run(command, values, arguments)
   if not ok then
     output.clear_line()
     if sys.interrupted() and t.output then
-      error({ status = 1, message = ("interrupted; what is finished is in %s, and the same command goes on"):format(types.quote(t.output)) }, 0)
+      error({ status = 1, message = ("interrupted; what is finished is in %s, and the same command goes on%s"):format(
+        types.quote(t.output), shown_by(t)) }, 0)
     end
     error(results, 0)
   elseif t.dry then

@@ -332,6 +332,44 @@ describe("rtray sweep", function()
     assert.truthy(r.err:find("another process works on 'out'; waiting for it", 1, true), r.err)
   end)
 
+  it("that was killed is shown by rtray report: its tables are made from the journal", function()
+    local folder = support.folder()
+    scene(folder)
+    local args = { "sweep", "x.lua", "-o", "out", "-q", "-n", "512", "--over", "word=a,\255", "--over", "size=12x8,4000x3000", "--zip", "--runs", "1" }
+    local r = support.ended(args, "KILL", "grep -q '\"t\":\"run\"' out/journal.jsonl", folder)
+    assert.same({ true, 137 }, { r.met, r.status })
+    assert.is_false(support.exists(folder .. "/out/results.json"))
+    r = rtray { "report", "out", "--no-plots", cwd = folder }
+    assert.equal(0, r.status, r.err)
+    local rows = read_csv(folder .. "/out/results.csv")
+    assert.same({ "done", "missing", "\255" }, { rows[1].status, rows[2].status, rows[2].word })
+    assert.is_true(tonumber(rows[1].seconds_median) > 0 and support.exists(folder .. "/out/" .. rows[1].image))
+    local page = support.read(folder .. "/out/index.html")
+    assert.truthy(page:find("1 point not measured yet", 1, true) and page:find(rows[1].image, 1, true))
+    local before = support.read(folder .. "/out/results.json")
+    assert.equal(0, rtray({ "report", "out", "--no-plots", cwd = folder }).status) -- made once: newer than the journal
+    assert.equal(before, support.read(folder .. "/out/results.json"))
+  end)
+
+  it("has the same tables from its journal as at its end", function()
+    local folder = support.folder()
+    scene(folder)
+    assert.equal(1, sweep(folder, "--over", "word=good,bad", "--over", "samples=1,4", "--reference", "samples=4", "--no-report").status)
+    local names = { "results.json", "results.csv", "runs.csv" }
+    local before = {}
+    for i, name in ipairs(names) do
+      before[i] = support.read(folder .. "/out/" .. name)
+      os.remove(folder .. "/out/" .. name)
+    end
+    assert.equal(0, rtray({ "report", "out", "--no-plots", cwd = folder }).status)
+    for i, name in ipairs(names) do
+      assert.equal(before[i], support.read(folder .. "/out/" .. name))
+    end
+    assert.truthy(before[1]:find('"map":"maps/', 1, true))
+    assert.truthy(support.read(folder .. "/out/index.html"):find('data%-map="maps/[^"]+%.png" data%-mean="0%.%d+"'))
+    assert.truthy(support.read(folder .. "/out/index.html"):find('value="flip"', 1, true))
+  end)
+
   it("is ended by a signal at any stage, and its processes with it", function()
     local folder = support.folder()
     scene(folder)
@@ -341,6 +379,8 @@ describe("rtray sweep", function()
     local r = support.ended(args, "INT", "test $(grep -c 'runs here' \"$LOG\") -ge 4", folder) -- described three times, then rendered
     assert.same({ true, 130 }, { r.met, r.status }, r.err)
     assert.truthy(r.err:find("interrupted; what is finished is in 'out', and the same command goes on", 1, true), r.err)
+    assert.truthy(r.err:find("; 'out/index.html' shows it", 1, true), r.err)
+    assert.truthy(support.read(folder .. "/out/index.html"):find("2 points not measured yet", 1, true))
     local left = support.shell("for p in /proc/[0-9]*; do readlink $p/cwd; done | grep -Fxc " .. support.quote(folder)).out
     assert.equal("0\n", left) -- processes that still work in the folder
     assert.is_true(support.exists(folder .. "/out/results.csv"))
