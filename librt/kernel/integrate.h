@@ -17,6 +17,11 @@ RTK_FN rtk_vec3 rtk_base_color(RT_GLOBAL const rtk_scene *scene, RT_GLOBAL const
     return rtk_mul(c, rtk_v3(rgba[0], rgba[1], rgba[2]));
 }
 
+RTK_FN rtk_vec3 rtk_gradient(rtk_vec3 low, rtk_vec3 top, rtk_vec3 d)
+{
+    return rtk_madd(low, 0.5f + 0.5f * d.y, rtk_sub(top, low));
+}
+
 /* Radiance of the world in unit direction d: gradient by height, or the equirectangular map (its middle column towards -z, its
  * upper edge +y). spread: angle the ray's cone covers. */
 RTK_FN rtk_vec3 rtk_background(RT_GLOBAL const rtk_scene *scene, rtk_vec3 d, float spread)
@@ -26,7 +31,7 @@ RTK_FN rtk_vec3 rtk_background(RT_GLOBAL const rtk_scene *scene, rtk_vec3 d, flo
     rtk_vec3 top = rtk_v3(w->background_top[0], w->background_top[1], w->background_top[2]);
     float rgba[4], turn;
     if (w->background_tex == RTK_INVALID)
-        return rtk_madd(low, 0.5f + 0.5f * d.y, rtk_sub(top, low));
+        return rtk_gradient(low, top, d);
     turn = rtk_atan2(d.x, -d.z) / (2.0f * RTK_PI) + 0.5f;
     rtk_texture_sample(scene->textures[w->background_tex], turn, 1.0f - rtk_acos(rtk_clamp(d.y, -1.0f, 1.0f)) / RTK_PI,
                        spread / RTK_PI, rgba);
@@ -35,16 +40,21 @@ RTK_FN rtk_vec3 rtk_background(RT_GLOBAL const rtk_scene *scene, rtk_vec3 d, flo
 
 /* Normals turned against the ray, and whether it comes from outside. A shading normal that would face away from the ray is
  * replaced by the geometric one: the point is seen, so it has a front. */
+RTK_FN int rtk_face_normals(rtk_vec3 d, rtk_vec3 *ng, rtk_vec3 *ns)
+{
+    int outside = rtk_dot3(d, *ng) < 0.0f, behind;
+    rtk_vec3 g = *ng, s = *ns;
+    g = rtk_v3(outside ? g.x : -g.x, outside ? g.y : -g.y, outside ? g.z : -g.z);
+    s = rtk_v3(outside ? s.x : -s.x, outside ? s.y : -s.y, outside ? s.z : -s.z);
+    behind = !(rtk_dot3(d, s) < 0.0f);
+    *ng = g;
+    *ns = rtk_v3(behind ? g.x : s.x, behind ? g.y : s.y, behind ? g.z : s.z);
+    return outside;
+}
+
 RTK_FN int rtk_face(rtk_surface *s, rtk_vec3 d)
 {
-    int outside = rtk_dot3(d, s->ng) < 0.0f;
-    if (!outside) {
-        s->ng = rtk_neg(s->ng);
-        s->ns = rtk_neg(s->ns);
-    }
-    if (!(rtk_dot3(d, s->ns) < 0.0f))
-        s->ns = s->ng;
-    return outside;
+    return rtk_face_normals(d, &s->ng, &s->ns);
 }
 
 #endif

@@ -51,64 +51,78 @@ RTK_FN rtk_light_sample rtk_light_sphere(RT_GLOBAL const rtk_light *l, rtk_vec3 
     return s;
 }
 
-/* From p towards the light; u, v in [0, 1) choose the point of a spherical one. */
-RTK_FN rtk_light_sample rtk_light_toward(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float u, float v)
+RTK_FN rtk_light_sample rtk_light_directional(RT_GLOBAL const rtk_light *l)
 {
     rtk_light_sample s;
-    rtk_vec3 d;
-    float d2, inv;
-    if (l->type == RTK_LIGHT_SPHERE)
-        return rtk_light_sphere(l, p, u, v);
     s.e = rtk_light_color(l);
     s.pdf = 0.0f;
-    if (l->type == RTK_LIGHT_DIRECTIONAL) {
-        s.dir = rtk_v3(-l->at[0], -l->at[1], -l->at[2]);
-        s.distance = RTK_INF;
-        return s;
-    }
-    d = rtk_sub(rtk_v3(l->at[0], l->at[1], l->at[2]), p);
-    d2 = rtk_dot3(d, d);
-    s.distance = rtk_sqrt(d2);
-    inv = 1.0f / s.distance;
-    s.dir = s.distance > 0.0f ? rtk_scale(d, inv) : rtk_v3(0.0f, 0.0f, 1.0f);
-    if (l->falloff > 0.0f)
-        s.e = rtk_scale(s.e, 1.0f / d2);
+    s.dir = rtk_v3(-l->at[0], -l->at[1], -l->at[2]);
+    s.distance = RTK_INF;
     return s;
 }
 
-/* No part of the light is above the plane through p with unit normal n. */
-RTK_FN int rtk_light_behind(RT_GLOBAL const rtk_light *l, rtk_vec3 p, rtk_vec3 n)
+RTK_FN rtk_light_sample rtk_light_point(RT_GLOBAL const rtk_light *l, rtk_vec3 p)
 {
-    rtk_vec3 at = rtk_v3(l->at[0], l->at[1], l->at[2]);
-    if (l->type == RTK_LIGHT_DIRECTIONAL)
-        return !(rtk_dot3(n, at) < 0.0f);
-    return !(rtk_dot3(n, rtk_sub(at, p)) > (l->type == RTK_LIGHT_SPHERE ? -1.0001f * l->radius : 0.0f));
+    rtk_light_sample s;
+    rtk_vec3 d = rtk_sub(rtk_v3(l->at[0], l->at[1], l->at[2]), p);
+    float d2 = rtk_dot3(d, d), inv, fall;
+    int apart;
+    s.pdf = 0.0f;
+    s.distance = rtk_sqrt(d2);
+    apart = s.distance > 0.0f;
+    inv = 1.0f / s.distance;
+    s.dir = rtk_v3(apart ? d.x * inv : 0.0f, apart ? d.y * inv : 0.0f, apart ? d.z * inv : 1.0f);
+    fall = l->falloff > 0.0f ? 1.0f / d2 : 1.0f;
+    s.e = rtk_scale(rtk_light_color(l), fall);
+    return s;
 }
 
-/* Distance at which a shadow ray towards a point light may end: the light, or the lamp around it, whose own surface does not
- * shadow it. p outside of the lamp; from inside the light is free anyway. */
-RTK_FN float rtk_light_reach(RT_GLOBAL const rtk_light *l, rtk_vec3 p, rtk_light_sample s)
+/* From p towards the light; u, v in [0, 1) choose the point of a spherical one. */
+RTK_FN rtk_light_sample rtk_light_toward(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float u, float v)
 {
-    rtk_vec3 d, off;
-    float along, enter;
-    if (!(l->body_radius > 0.0f))
-        return s.distance;
-    d = rtk_sub(rtk_v3(l->body_at[0], l->body_at[1], l->body_at[2]), p);
-    along = rtk_dot3(d, s.dir);
+    if (l->type == RTK_LIGHT_SPHERE)
+        return rtk_light_sphere(l, p, u, v);
+    return l->type == RTK_LIGHT_DIRECTIONAL ? rtk_light_directional(l) : rtk_light_point(l, p);
+}
+
+/* No part of the light, which is of that type, is above the plane through p with unit normal n. */
+RTK_FN int rtk_light_behind_flat(RT_GLOBAL const rtk_light *l, rtk_u32 type, rtk_vec3 p, rtk_vec3 n)
+{
+    rtk_vec3 at = rtk_v3(l->at[0], l->at[1], l->at[2]);
+    if (type == RTK_LIGHT_DIRECTIONAL)
+        return !(rtk_dot3(n, at) < 0.0f);
+    return !(rtk_dot3(n, rtk_sub(at, p)) > (type == RTK_LIGHT_SPHERE ? -1.0001f * l->radius : 0.0f));
+}
+RTK_FN int rtk_light_behind(RT_GLOBAL const rtk_light *l, rtk_vec3 p, rtk_vec3 n)
+{
+    return rtk_light_behind_flat(l, l->type, p, n);
+}
+
+/* Distance at which a shadow ray towards a point light may end: the light, or the lamp around it (radius above 0), whose own
+ * surface does not shadow it. p outside of the lamp; from inside the light is free anyway. */
+RTK_FN float rtk_light_reach_body(RT_GLOBAL const rtk_light *l, rtk_vec3 p, rtk_light_sample s)
+{
+    rtk_vec3 d = rtk_sub(rtk_v3(l->body_at[0], l->body_at[1], l->body_at[2]), p), off;
+    float along = rtk_dot3(d, s.dir), enter;
     off = rtk_madd(d, -along, s.dir);
     enter = along - rtk_sqrt(rtk_max(0.0f, l->body_radius * l->body_radius - rtk_dot3(off, off)));
     return enter > 0.0f ? rtk_min(s.distance, enter) : s.distance;
 }
+RTK_FN float rtk_light_reach(RT_GLOBAL const rtk_light *l, rtk_vec3 p, rtk_light_sample s)
+{
+    return l->body_radius > 0.0f ? rtk_light_reach_body(l, p, s) : s.distance;
+}
 
 /* Where a shadow ray from p ends that may go as far as `reach`: before the light by the rounding of its place and of the ray's
  * own origin (error: that of p), so that what the light stands on does not hide it. */
+RTK_FN float rtk_light_end_at(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float error, float reach)
+{
+    float size = rtk_maxabs(rtk_v3(l->at[0], l->at[1], l->at[2])) + l->radius + rtk_maxabs(p);
+    return reach - (4.0f * error + 2.0f * RTK_DELTA * size);
+}
 RTK_FN float rtk_light_end(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float error, float reach)
 {
-    float size;
-    if (l->type == RTK_LIGHT_DIRECTIONAL)
-        return RTK_INF;
-    size = rtk_maxabs(rtk_v3(l->at[0], l->at[1], l->at[2])) + l->radius + rtk_maxabs(p);
-    return reach - (4.0f * error + 2.0f * RTK_DELTA * size);
+    return l->type == RTK_LIGHT_DIRECTIONAL ? RTK_INF : rtk_light_end_at(l, p, error, reach);
 }
 
 /* Light chosen by power: the first whose running sum exceeds u. */

@@ -17,6 +17,23 @@ typedef struct rtk_shape_point {
     float u, v, error;
 } rtk_shape_point;
 
+/* One coordinate of a sphere's box. */
+RTK_FN float rtk_sphere_low(float c, float radius)
+{
+    return rtk_below(c - radius, rtk_fabs(c) + 4.0f * radius);
+}
+RTK_FN float rtk_sphere_high(float c, float radius)
+{
+    return rtk_above(c + radius, rtk_fabs(c) + 4.0f * radius);
+}
+
+/* Bound of a point's distance from the surface of a shape with bounds of this size: one rounding of p's coordinates, 2 u |p| in
+ * length, and a dozen of numbers of the shape's own size; 3 and 16 u cover them. */
+RTK_FN float rtk_shape_error(rtk_vec3 p, rtk_vec3 size)
+{
+    return 1.8e-7f * rtk_maxabs(p) + 1.0e-6f * rtk_maxabs(size);
+}
+
 /* Conservative box, rounded outwards; of a PLANE: everything. */
 RTK_FN void rtk_shape_bounds(RT_GLOBAL const rtk_shape *s, rtk_vec3 *lo, rtk_vec3 *hi)
 {
@@ -32,8 +49,11 @@ RTK_FN void rtk_shape_bounds(RT_GLOBAL const rtk_shape *s, rtk_vec3 *lo, rtk_vec
         return;
     }
     if (s->type == RTK_SHAPE_SPHERE) {
-        ea = eb = rtk_v3(s->p[3], s->p[3], s->p[3]);
-    } else if (s->type == RTK_SHAPE_TORUS) {
+        *lo = rtk_v3(rtk_sphere_low(a.x, s->p[3]), rtk_sphere_low(a.y, s->p[3]), rtk_sphere_low(a.z, s->p[3]));
+        *hi = rtk_v3(rtk_sphere_high(a.x, s->p[3]), rtk_sphere_high(a.y, s->p[3]), rtk_sphere_high(a.z, s->p[3]));
+        return;
+    }
+    if (s->type == RTK_SHAPE_TORUS) {
         ea = rtk_cone_disc(rtk_at(s->p + 4), s->p[3]);
         ea = eb = rtk_v3(ea.x + s->p[7], ea.y + s->p[7], ea.z + s->p[7]);
     } else {
@@ -58,6 +78,12 @@ RTK_FN float rtk_turn(float y, float x)
     return a < 1.0f ? a : 0.0f;
 }
 
+/* The point of a sphere that its unit normal n names. */
+RTK_FN rtk_vec3 rtk_sphere_point(rtk_vec3 c, float radius, rtk_vec3 n)
+{
+    return rtk_madd(c, radius, n);
+}
+
 /* Longitude and latitude of q, a vector from the centre. */
 RTK_FN void rtk_sphere_uv(rtk_vec3 q, float *u, float *v)
 {
@@ -69,7 +95,7 @@ RTK_FN void rtk_sphere_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk
 {
     rtk_vec3 c = rtk_at(s->p), n = rtk_unit(rtk_sub(point, c));
     out->ng = n;
-    out->p = rtk_madd(c, s->p[3], n);
+    out->p = rtk_sphere_point(c, s->p[3], n);
     rtk_sphere_uv(n, &out->u, &out->v);
     out->dpdu = n.x == 0.0f && n.z == 0.0f ? rtk_v3(1.0f, 0.0f, 0.0f) : rtk_unit(rtk_v3(n.z, 0.0f, -n.x));
 }
@@ -184,10 +210,8 @@ RTK_FN void rtk_shape_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk_
         rtk_torus_surface(s, point, out);
     else
         rtk_cone_surface(s, point, out);
-    /* One rounding of p's coordinates, 2 u |p| in length, and a dozen of numbers of the shape's own size: 3 and 16 u cover them.
-     */
     rtk_shape_bounds(s, &lo, &hi);
-    out->error = 1.8e-7f * rtk_maxabs(out->p) + 1.0e-6f * rtk_maxabs(rtk_sub(hi, lo));
+    out->error = rtk_shape_error(out->p, rtk_sub(hi, lo));
 }
 
 #endif

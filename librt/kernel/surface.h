@@ -76,15 +76,21 @@ RTK_FN void rtk_mesh_attributes(RT_GLOBAL const rtk_group *group, RT_GLOBAL cons
     }
 }
 
-/* p = v0 + u (v1 - v0) + v (v2 - v0): per coordinate 2 u |p| and 6 u of the longest edge are lost at most; the bound is 4 and 12
+/* Point of a triangle with corner a and edges e1, e2, and the bound of its error.
+ * p = v0 + u (v1 - v0) + v (v2 - v0): per coordinate 2 u |p| and 6 u of the longest edge are lost at most; the bound is 4 and 12
  * of them, for the diagonal of the three coordinates. */
+RTK_FN float rtk_mesh_point(rtk_vec3 a, rtk_vec3 e1, rtk_vec3 e2, float u, float v, rtk_vec3 *p)
+{
+    *p = rtk_madd(rtk_madd(a, u, e1), v, e2);
+    return 2.3841858e-07f * rtk_maxabs(*p) + 7.1525574e-07f * rtk_max(rtk_maxabs(e1), rtk_maxabs(e2));
+}
+
 RTK_FN void rtk_surface_mesh(RT_GLOBAL const rtk_group *group, RT_GLOBAL const rtk_geom *geom, rtk_hit hit, rtk_surface *s)
 {
     RT_GLOBAL const rtk_tri *tri = &group->tris[geom->first + hit.prim];
     rtk_vec3 a = rtk_at(tri->v0), b = rtk_at(tri->v1), c = rtk_at(tri->v2), e1 = rtk_sub(b, a), e2 = rtk_sub(c, a);
     rtk_vec3 n = rtk_tri_normal(tri);
-    s->p = rtk_madd(rtk_madd(a, hit.u, e1), hit.v, e2);
-    s->error = 2.3841858e-07f * rtk_maxabs(s->p) + 7.1525574e-07f * rtk_max(rtk_maxabs(e1), rtk_maxabs(e2));
+    s->error = rtk_mesh_point(a, e1, e2, hit.u, hit.v, &s->p);
     s->ng = rtk_unit(n);
     s->ns = s->ng;
     s->u = hit.u;
@@ -143,6 +149,16 @@ RTK_FN float rtk_plane_distance(rtk_vec3 q, rtk_vec3 point, rtk_vec3 n)
     return rtk_ff_add(rtk_ff_add(a, b), c).hi;
 }
 
+/* p brought onto the plane. */
+RTK_FN rtk_vec3 rtk_plane_point(rtk_vec3 p, rtk_vec3 q, rtk_vec3 n)
+{
+    return rtk_madd(p, -rtk_plane_distance(p, q, n) / rtk_dot3(n, n), n);
+}
+RTK_FN float rtk_plane_error(rtk_vec3 p)
+{
+    return 2.3841858e-07f * rtk_maxabs(p);
+}
+
 /* The unit normal itself is rounded, but it is the plane's definition; what p loses is its own rounding and that of the
  * projection. u, v: distance from the plane's point along t_dir and across it; placement (texture size) is in uv_xfm. */
 RTK_FN void rtk_surface_plane(RT_GLOBAL const rtk_group *group, RT_GLOBAL const rtk_geom *geom, rtk_ray ray, rtk_hit hit,
@@ -150,13 +166,12 @@ RTK_FN void rtk_surface_plane(RT_GLOBAL const rtk_group *group, RT_GLOBAL const 
 {
     RT_GLOBAL const rtk_shape *plane = &group->planes[geom->first];
     rtk_vec3 q = rtk_at(plane->p), n = rtk_at(plane->p + 4), x = rtk_at(geom->t_dir), d;
-    rtk_vec3 p = rtk_ray_at(ray, hit.t);
-    p = rtk_madd(p, -rtk_plane_distance(p, q, n) / rtk_dot3(n, n), n);
+    rtk_vec3 p = rtk_plane_point(rtk_ray_at(ray, hit.t), q, n);
     d = rtk_sub(p, q);
     s->p = p;
     s->ng = n;
     s->ns = n;
-    s->error = 2.3841858e-07f * rtk_maxabs(p);
+    s->error = rtk_plane_error(p);
     s->u = rtk_dot3(d, x);
     s->v = rtk_dot3(d, rtk_cross3(n, x));
     s->uv_scale = 1.0f;
@@ -241,10 +256,14 @@ RTK_FN rtk_surface rtk_surface_at(RT_GLOBAL const rtk_scene *scene, rtk_ray ray,
 
 /* Where a ray that leaves the surface along dir starts: off it on the side of dir by twice the bound, once for p and once for the
  * leaf test of the new ray. error is at least 4 u |p|, so the sum moves even where p is large. */
+RTK_FN rtk_vec3 rtk_leave(rtk_vec3 p, rtk_vec3 ng, float error, rtk_vec3 dir)
+{
+    float side = rtk_dot3(dir, ng) < 0.0f ? -1.0f : 1.0f;
+    return rtk_madd(p, 2.0f * side * error, ng);
+}
 RTK_FN rtk_vec3 rtk_surface_leave(rtk_surface s, rtk_vec3 dir)
 {
-    float side = rtk_dot3(dir, s.ng) < 0.0f ? -1.0f : 1.0f;
-    return rtk_madd(s.p, 2.0f * side * s.error, s.ng);
+    return rtk_leave(s.p, s.ng, s.error, dir);
 }
 
 #endif

@@ -33,6 +33,14 @@ RTK_FN rtk_vec3 rtk_vabs(rtk_vec3 a) { return rtk_v3(rtk_fabs(a.x), rtk_fabs(a.y
 RTK_FN float rtk_maxabs(rtk_vec3 a) { return rtk_max(rtk_max(rtk_fabs(a.x), rtk_fabs(a.y)), rtk_fabs(a.z)); }
 RTK_FN float rtk_axis(rtk_vec3 a, rtk_u32 k) { return k == 0u ? a.x : (k == 1u ? a.y : a.z); }
 
+/* What rtk_unit does nearly always: when the largest component m lies where no square leaves the range. */
+RTK_FN int rtk_unit_is_plain(float m) { return (m >= 1.0e-15f) & (m <= 1.0e15f); }
+RTK_FN rtk_vec3 rtk_unit_plain(rtk_vec3 a)
+{
+    float l = rtk_len(a);
+    return rtk_v3(a.x / l, a.y / l, a.z / l);
+}
+
 /* Unit vector; a zero, infinite or NaN input gives (0, 0, 1), so that no NaN is born here. Scaled first by the largest
  * component: the square of a component neither overflows nor underflows. */
 RTK_FN rtk_vec3 rtk_unit(rtk_vec3 a)
@@ -40,10 +48,8 @@ RTK_FN rtk_vec3 rtk_unit(rtk_vec3 a)
     float m = rtk_maxabs(a);
     rtk_vec3 s;
     float l;
-    if (m >= 1.0e-15f && m <= 1.0e15f) { /* nearly always: no square leaves the range */
-        l = rtk_len(a);
-        return rtk_v3(a.x / l, a.y / l, a.z / l);
-    }
+    if (rtk_unit_is_plain(m))
+        return rtk_unit_plain(a);
     if (!(m > 0.0f) || !(m <= 3.0e38f))
         return rtk_v3(0.0f, 0.0f, 1.0f);
     s = m < 1.0e-30f ? rtk_scale(a, 1.0e30f) : a;

@@ -1,8 +1,8 @@
 /* Camera rays: groups of 4 x 4 pixels, all samples of a group in a row, so that the rays of a block are neighbours. */
 #include <string.h>
 
-#include "../kernel/filter.h"
 #include "camera_rays.h"
+#include "lanes.h"
 
 #define GROUP 4u
 
@@ -81,30 +81,12 @@ static void advance(rti_worker *w)
     w->slot = RTK_INVALID;
 }
 
-/* Offset from the pixel's middle that the filter asks for; the single sample of a pixel is its middle. */
-static void filter_offset(const rti_frame *f, uint32_t pixel, uint32_t sample, float *dx, float *dy)
-{
-    rtk_uv u;
-    *dx = 0.0f;
-    *dy = 0.0f;
-    if (f->set.samples == 1)
-        return;
-    u = rtk_random2(rtk_vertex_seed(f->seed, pixel, rtk_key_root()), sample, RTK_DIM_FILTER_X);
-    if (f->set.desc.filter == RT_FILTER_GAUSSIAN)
-        u = rtk_filter_gaussian(u, f->set.desc.filter_width);
-    else
-        u = rtk_filter_box(u, f->set.desc.filter_width);
-    *dx = u.x;
-    *dy = u.y;
-}
-
-/* Rays [k0, k0 + n) of a block again, from a point of the lens at the time of each. */
-static void emit_varying(const rti_frame *f, rtk_trace_block *t, rtk_path_block *p, uint32_t k0, uint32_t n, const float *px,
-                         const float *py)
+/* A block's rays again, from a point of the lens at the time of each. */
+static void emit_varying(const rti_frame *f, rtk_trace_block *t, rtk_path_block *p, const float *px, const float *py)
 {
     const rtk_camera *camera = &f->scene->world->camera;
     bool moves = camera->flags & RTK_CAMERA_MOVING, raw = f->set.integrator->flags & RTI_INTEGRATOR_RAW;
-    for (uint32_t k = k0; k < k0 + n; k++) {
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
         rtk_lens lens = f->lens;
         rtk_vec3 org, dir;
         if (moves) {
@@ -114,9 +96,9 @@ static void emit_varying(const rti_frame *f, rtk_trace_block *t, rtk_path_block 
         }
         if (lens.radius > 0.0f && !raw) {
             uint32_t seed = rtk_vertex_seed(f->seed, p->pixel[k], rtk_key_root());
-            rtk_lens_thin_ray(lens, px[k - k0], py[k - k0], rtk_random2(seed, p->sample[k], RTK_DIM_LENS_U), &org, &dir);
+            rtk_lens_thin_ray(lens, px[k], py[k], rtk_random2(seed, p->sample[k], RTK_DIM_LENS_U), &org, &dir);
         } else {
-            rtk_lens_ray(lens, px[k - k0], py[k - k0], &org, &dir);
+            rtk_lens_ray(lens, px[k], py[k], &org, &dir);
         }
         t->ox[k] = org.x;
         t->oy[k] = org.y;
@@ -127,54 +109,48 @@ static void emit_varying(const rti_frame *f, rtk_trace_block *t, rtk_path_block 
     }
 }
 
-/* Lanes [from, from + n) of l go to rays [at, at + n) of the batch, all in one block. */
-static void emit(rti_worker *w, const lanes *l, uint32_t from, uint32_t at, uint32_t n)
+/* Lanes [from, from + n) go to lanes [to, to + n). */
+static void copy_lanes(void *to_block, uint32_t to, const void *from_block, uint32_t from, uint32_t n, size_t rows)
+{
+    uint32_t *d = to_block;
+    const uint32_t *s = from_block;
+    for (size_t r = 0; r < rows; r++)
+        memcpy(d + r * RTK_BLOCK + to, s + r * RTK_BLOCK + from, n * sizeof *d);
+}
+
+static void copy_rays(rti_rays *batch, uint32_t at, const rtk_trace_block *t, const rtk_path_block *p, const uint32_t *home,
+                      uint32_t from, uint32_t n)
+{
+    uint32_t b = at / RTK_BLOCK, k = at % RTK_BLOCK;
+    copy_lanes(&batch->trace[b], k, t, from, n, sizeof *t / (RTK_BLOCK * sizeof(uint32_t)));
+    copy_lanes(&batch->path[b], k, p, from, n, sizeof *p / (RTK_BLOCK * sizeof(uint32_t)));
+    memcpy(batch->home[b].home + k, home + from, n * sizeof *home);
+}
+
+/* The lanes of l become rays [at, at + count) of the batch. A whole group in a whole block is made in its place. */
+static void emit(rti_worker *w, lanes *l, uint32_t at)
 {
     const rti_frame *f = w->frame;
-    rtk_trace_block *t = &w->batch.trace[at / RTK_BLOCK];
-    rtk_path_block *p = &w->batch.path[at / RTK_BLOCK];
-    uint32_t *home = w->batch.home[at / RTK_BLOCK].home, k0 = at % RTK_BLOCK;
+    uint32_t head = RTK_BLOCK - at % RTK_BLOCK;
+    bool whole = l->count == RTK_BLOCK && head == RTK_BLOCK;
+    rtk_trace_block trace, *t = whole ? &w->batch.trace[at / RTK_BLOCK] : &trace;
+    rtk_path_block path, *p = whole ? &w->batch.path[at / RTK_BLOCK] : &path;
     float px[RTK_BLOCK], py[RTK_BLOCK];
-    rtk_lens lens = f->lens;
-    rtk_key root = rtk_key_root();
-    for (uint32_t i = 0; i < n; i++) {
-        uint32_t pixel = l->y[from + i] * f->set.desc.width + l->x[from + i];
-        float dx, dy;
-        filter_offset(f, pixel, l->sample, &dx, &dy);
-        px[i] = (float)l->x[from + i] + 0.5f + dx;
-        py[i] = (float)l->y[from + i] + 0.5f + dy;
-        p->pixel[k0 + i] = pixel;
-        home[k0 + i] = l->home[from + i];
+    for (uint32_t k = l->count; k < RTK_BLOCK; k++) {
+        l->x[k] = l->x[0];
+        l->y[k] = l->y[0];
     }
-    for (uint32_t i = 0; i < n; i++) {
-        uint32_t k = k0 + i;
-        rtk_vec3 org, dir;
-        rtk_lens_ray(lens, px[i], py[i], &org, &dir);
-        t->ox[k] = org.x;
-        t->oy[k] = org.y;
-        t->oz[k] = org.z;
-        t->dx[k] = dir.x;
-        t->dy[k] = dir.y;
-        t->dz[k] = dir.z;
-        t->tmin[k] = 0.0f;
-        t->tmax[k] = RTK_INF;
-        t->mask[k] = RT_MASK_CAMERA;
-    }
-    for (uint32_t k = k0; k < k0 + n; k++) {
-        p->tpr[k] = 1.0f;
-        p->tpg[k] = 1.0f;
-        p->tpb[k] = 1.0f;
-        p->sample[k] = l->sample;
-        p->depth_kind[k] = RTK_KIND_CAMERA << 16;
-        p->key_lo[k] = root.lo;
-        p->key_hi[k] = root.hi;
-        p->eta[k] = 1.0f;
-        p->width[k] = lens.width;
-        p->spread[k] = lens.spread;
-        p->pdf[k] = -1.0f;
-    }
+    f->lanes->camera(f, l->x, l->y, l->sample, t, p, px, py);
     if (f->lens_varies)
-        emit_varying(f, t, p, k0, n, px, py);
+        emit_varying(f, t, p, px, py);
+    if (whole) {
+        memcpy(w->batch.home[at / RTK_BLOCK].home, l->home, sizeof l->home);
+        return;
+    }
+    head = head < l->count ? head : l->count;
+    copy_rays(&w->batch, at, t, p, l->home, 0, head);
+    if (head < l->count)
+        copy_rays(&w->batch, at + head, t, p, l->home, head, l->count - head);
 }
 
 uint32_t rti_make_camera_rays(rti_worker *worker, uint32_t room)
@@ -182,15 +158,10 @@ uint32_t rti_make_camera_rays(rti_worker *worker, uint32_t room)
     uint32_t count = 0;
     lanes l;
     while (count + RTK_BLOCK <= room) {
-        uint32_t head;
         if (worker->slot == RTK_INVALID && !open_tile(worker))
             break;
         gather(worker, &l);
-        head = RTK_BLOCK - count % RTK_BLOCK;
-        head = head < l.count ? head : l.count;
-        emit(worker, &l, 0, count, head);
-        if (head < l.count)
-            emit(worker, &l, head, count + head, l.count - head);
+        emit(worker, &l, count);
         worker->slots[worker->slot].live += l.count;
         worker->counts.rays[RTK_KIND_CAMERA] += l.count;
         count += l.count;

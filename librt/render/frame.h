@@ -11,6 +11,7 @@
 #include "librt/render.h"
 
 struct rti_worker;
+typedef struct rti_lanes rti_lanes;
 
 /* An integrator is one file and one row of integrate.def. shade gets the hits of batch rays [first, first + count), first a
  * multiple of RTK_BLOCK, in the order of their depth, and must push new rays in the order of their parents (wavefront.h). */
@@ -42,9 +43,10 @@ rt_status rti_settings_take(rt_context *ctx, const char *what, const rti_snapsho
 typedef struct rti_frame {
     rti_settings set;
     const rtk_scene *scene;
-    rtk_lens lens;    /* at time 0 */
-    bool lens_varies; /* rays start on a lens, or the camera moves */
-    bool moving;      /* instances move: every ray has a time */
+    const rti_lanes *lanes; /* of the context's instruction set */
+    rtk_lens lens;          /* at time 0 */
+    bool lens_varies;       /* rays start on a lens, or the camera moves */
+    bool moving;            /* instances move: every ray has a time */
     uint32_t tile_columns, tile_count;
     uint32_t batch;      /* rays a worker traces at once, a multiple of RTK_BLOCK */
     uint32_t stack_rays; /* room for waiting rays: the bound proved in wavefront.h */

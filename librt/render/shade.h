@@ -5,39 +5,36 @@
 #include "../kernel/classic.h"
 #include "../kernel/integrate.h"
 #include "direct.h"
+#include "lanes.h"
 #include "shade_limits.h"
 
 typedef struct rti_point {
     rtk_ray ray;
     rti_ray_state state;
-    rtk_surface s; /* turned to the ray */
+    rtk_surface s; /* turned to the ray; its point, normals, error and material */
     const rtk_material *material;
     rtk_vec3 color;
     float footprint; /* width of the ray's cone here */
     bool outside;    /* the ray comes from where the geometric normal points */
 } rti_point;
 
-/* Ray i of the batch: the world's light for a miss (false), or what is hit (true). */
-static inline bool rti_point_at(rti_worker *w, uint32_t i, rti_point *p)
+/* Lane k of a sheaf. */
+static inline rti_point rti_sheaf_point(const rti_worker *w, const rti_sheaf *c, uint32_t k)
 {
-    const rtk_scene *scene = w->frame->scene;
-    rtk_hit hit = rti_hit_at(w->hits, i);
-    p->ray = rti_batch_ray(w, i);
-    p->state = rti_batch_state(w, i);
-    if (hit.prim == RTK_INVALID) {
-        rti_add(w, p->state.home, rtk_mul(p->state.tp, rtk_background(scene, p->ray.dir, p->state.spread)));
-        return false;
-    }
-    if (p->state.depth == 0)
-        rti_cover(w, p->state.home);
-    p->s = rtk_surface_at(scene, p->ray, hit, rti_batch_time(w, i));
-    p->outside = rtk_face(&p->s, p->ray.dir);
-    p->material = &scene->materials[p->s.material];
-    rti_touch(w, p->s.material);
-    p->footprint = p->state.width + p->state.spread * hit.t;
-    if (p->material->type != RTK_MATERIAL_EMISSIVE)
-        p->color = rtk_base_color(scene, p->material, p->s, p->footprint);
-    return true;
+    rti_point p;
+    p.ray = rti_batch_ray(w, c->ray[k]);
+    p.state = rti_batch_state(w, c->ray[k]);
+    memset(&p.s, 0, sizeof p.s);
+    p.s.p = rtk_v3(c->px[k], c->py[k], c->pz[k]);
+    p.s.ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
+    p.s.ns = rtk_v3(c->nx[k], c->ny[k], c->nz[k]);
+    p.s.error = c->error[k];
+    p.s.material = c->material[k];
+    p.material = &w->frame->scene->materials[c->material[k]];
+    p.color = rtk_v3(c->cr[k], c->cg[k], c->cb[k]);
+    p.footprint = c->footprint[k];
+    p.outside = c->outside[k] != 0;
+    return p;
 }
 
 static inline rtk_vec3 rti_emission(const rtk_material *m)
@@ -91,5 +88,8 @@ static inline bool rti_bend(const rti_point *p, rtk_vec3 *dir)
         return false;
     return rtk_dot3(*dir, p->s.ng) < 0.0f || rtk_refract(p->ray.dir, p->s.ng, ratio, dir);
 }
+
+/* shade_whitted.c: the mirror ray and the refracted ray of the classic material. */
+void rti_send_classic(rti_worker *worker, const rti_point *p);
 
 #endif

@@ -97,17 +97,20 @@ static void shade_classic(rti_worker *w, uint32_t i, const rti_point *p)
         go_on(w, p, &l, u.x, survive);
 }
 
-void rti_shade_path(struct rti_worker *worker, uint32_t first, uint32_t count)
+static void shade(rti_worker *w, rti_sheaf *c)
 {
-    for (uint32_t i = first; i < first + count; i++) {
-        rti_point p;
-        if (!rti_point_at(worker, i, &p))
-            continue;
+    for (uint32_t k = 0; k < c->count; k++) {
+        rti_point p = rti_sheaf_point(w, c, k);
         if (p.material->type == RTK_MATERIAL_EMISSIVE) {
-            float weight = meeting_weight(worker->frame, rti_hit_at(worker->hits, i), p.ray.org, p.state.pdf);
-            rti_add(worker, p.state.home, rtk_mul(p.state.tp, rtk_scale(rti_emission(p.material), weight)));
+            float weight = meeting_weight(w->frame, rti_hit_at(w->hits, c->ray[k]), p.ray.org, p.state.pdf);
+            rti_add(w, p.state.home, rtk_mul(p.state.tp, rtk_scale(rti_emission(p.material), weight)));
         } else {
-            shade_classic(worker, i, &p);
+            shade_classic(w, c->ray[k], &p);
         }
     }
+}
+
+void rti_shade_path(struct rti_worker *worker, uint32_t first, uint32_t count)
+{
+    rti_sheaves(worker, first, count, shade);
 }

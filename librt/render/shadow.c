@@ -2,7 +2,7 @@
 #include "../kernel/classic.h"
 #include "../kernel/integrate.h"
 #include "../kernel/surface.h"
-#include "wavefront.h"
+#include "lanes.h"
 
 void rti_shadow(rti_worker *worker, uint32_t light, rtk_vec3 org, rtk_vec3 dir, float tmax, rtk_vec3 c, uint32_t home, float time)
 {
@@ -42,10 +42,7 @@ static void flush_opaque(rti_worker *w, uint32_t flags)
     rti_shadows *q = &w->shadows;
     w->scratch.times = f->moving ? q->times : NULL;
     f->set.tracer->occluded(f->scene, q->trace, q->occluded, q->count, flags, &w->scratch);
-    for (uint32_t i = 0; i < q->count; i++) {
-        if (!(q->occluded[i / RTK_BLOCK] >> i % RTK_BLOCK & 1u))
-            rti_add(w, q->pending[i / RTK_BLOCK].home[i % RTK_BLOCK], pending(q, i));
-    }
+    f->lanes->arrive(w);
 }
 
 /* What is left of c behind the hit; zero when the surface lets nothing through. */

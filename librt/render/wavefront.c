@@ -3,6 +3,7 @@
 
 #include "camera_rays.h"
 #include "image.h"
+#include "lanes.h"
 #include "wavefront.h"
 
 /* ---- memory: one walk over the arrays measures or places them ---- */
@@ -36,7 +37,13 @@ static size_t place(rti_worker *w, const rti_frame *f, unsigned char *memory)
     place_rays(&l, &w->stack, f->stack_rays);
     place_rays(&l, &w->batch, f->batch);
     w->hits = take(&l, f->batch / RTK_BLOCK, sizeof *w->hits);
-    w->lit = take(&l, f->batch / RTK_BLOCK, sizeof *w->lit);
+    w->lit_stride = f->batch + RTK_BLOCK;
+    w->lit = take(&l, (size_t)RTI_LIT_ROWS * w->lit_stride, sizeof *w->lit);
+    w->lit_ray = take(&l, w->lit_stride, sizeof *w->lit_ray);
+    w->lit_home = take(&l, w->lit_stride, sizeof *w->lit_home);
+    w->keys = take(&l, f->batch, sizeof *w->keys);
+    w->order = take(&l, f->batch, sizeof *w->order);
+    w->materials = take(&l, f->batch, sizeof *w->materials);
     w->shadows.trace = take(&l, shadow_blocks, sizeof *w->shadows.trace);
     w->shadows.pending = take(&l, shadow_blocks, sizeof *w->shadows.pending);
     w->shadows.hits = take(&l, shadow_blocks, sizeof *w->shadows.hits);
@@ -64,6 +71,7 @@ void rti_worker_init(rti_worker *worker, const rti_frame *frame, void *memory)
     place(worker, frame, memory);
     worker->slot = RTK_INVALID;
     worker->shadows.light = RTK_INVALID;
+    memset(worker->lit, 0, (size_t)RTI_LIT_ROWS * worker->lit_stride * sizeof *worker->lit); /* lanes behind the last are read */
     memset(worker->touched, 0, (frame->scene->material_count / 32 + 1) * sizeof *worker->touched);
     memset(worker->slots, 0, frame->slot_count * sizeof *worker->slots);
 }
@@ -131,13 +139,13 @@ void rti_set_raw(rti_worker *worker, uint32_t home, rtk_vec3 value)
     sum[2] = rtk_bits(value.z);
 }
 
-static void resolve_pixel(const rti_frame *f, const uint64_t *sum, float *out)
+static void resolve_raw(const rti_frame *f, const uint64_t *sum, float *out, uint32_t pixels)
 {
-    bool raw = f->set.integrator->flags & RTI_INTEGRATOR_RAW;
-    double samples = (double)f->set.samples;
-    for (int c = 0; c < 3; c++)
-        out[c] = raw ? rtk_float((uint32_t)sum[c]) : (float)((double)(int64_t)sum[c] * f->film_unit / samples);
-    out[3] = (float)((double)sum[3] / samples);
+    for (uint32_t x = 0; x < pixels; x++, sum += RTK_FILM_CHANNELS, out += 4) {
+        for (int c = 0; c < 3; c++)
+            out[c] = rtk_float((uint32_t)sum[c]);
+        out[3] = (float)((double)sum[3] / (double)f->set.samples);
+    }
 }
 
 static void finish_tile(rti_worker *w, uint32_t slot)
@@ -145,10 +153,12 @@ static void finish_tile(rti_worker *w, uint32_t slot)
     const rti_frame *f = w->frame;
     rti_slot *s = &w->slots[slot];
     const uint64_t *sum = w->film + ((size_t)slot << f->slot_shift) * RTK_FILM_CHANNELS;
-    for (uint32_t y = 0; y < s->tile.height; y++) {
+    for (uint32_t y = 0; y < s->tile.height; y++, sum += (size_t)s->tile.width * RTK_FILM_CHANNELS) {
         float *row = rti_image_row(f->image, s->tile.y - f->set.desc.crop.y + y) + (size_t)(s->tile.x - f->set.desc.crop.x) * 4;
-        for (uint32_t x = 0; x < s->tile.width; x++, sum += RTK_FILM_CHANNELS)
-            resolve_pixel(f, sum, row + (size_t)x * 4);
+        if (f->set.integrator->flags & RTI_INTEGRATOR_RAW)
+            resolve_raw(f, sum, row, s->tile.width);
+        else
+            f->lanes->resolve(sum, row, s->tile.width, f->film_unit, (double)f->set.samples);
     }
     s->used = false;
     w->counts.tiles++;

@@ -46,18 +46,33 @@ typedef struct rti_shadows {
     uint32_t light; /* the light all of them go to, RTK_INVALID (none yet) or RTI_LIGHT_MIXED */
 } rti_shadows;
 
-/* Points that lights shine on. k: throughput * diffusion * colour, s: throughput * specular. v: towards the viewer; n, g: shading
- * and geometric normal on the viewer's side. */
-typedef struct rti_lit_block {
-    float px[RTK_BLOCK], py[RTK_BLOCK], pz[RTK_BLOCK], error[RTK_BLOCK];
-    float nx[RTK_BLOCK], ny[RTK_BLOCK], nz[RTK_BLOCK];
-    float gx[RTK_BLOCK], gy[RTK_BLOCK], gz[RTK_BLOCK];
-    float vx[RTK_BLOCK], vy[RTK_BLOCK], vz[RTK_BLOCK];
-    float kr[RTK_BLOCK], kg[RTK_BLOCK], kb[RTK_BLOCK];
-    float sr[RTK_BLOCK], sg[RTK_BLOCK], sb[RTK_BLOCK], shininess[RTK_BLOCK];
-    uint32_t ray[RTK_BLOCK];      /* index in the batch: its pixel, sample, key, home */
-    float diffuse_pdf[RTK_BLOCK]; /* path: probability of going on by the diffuse lobe (for multiple importance) */
-} rti_lit_block;
+/* Points that lights shine on, in rows of lit_stride: a row may be written sixteen at a time from any place. k: throughput *
+ * diffusion * colour, s: throughput * specular. v: towards the viewer; n, g: shading and geometric normal on the viewer's side.
+ */
+enum {
+    RTI_LIT_PX,
+    RTI_LIT_PY,
+    RTI_LIT_PZ,
+    RTI_LIT_ERROR,
+    RTI_LIT_NX,
+    RTI_LIT_NY,
+    RTI_LIT_NZ,
+    RTI_LIT_GX,
+    RTI_LIT_GY,
+    RTI_LIT_GZ,
+    RTI_LIT_VX,
+    RTI_LIT_VY,
+    RTI_LIT_VZ,
+    RTI_LIT_KR,
+    RTI_LIT_KG,
+    RTI_LIT_KB,
+    RTI_LIT_SR,
+    RTI_LIT_SG,
+    RTI_LIT_SB,
+    RTI_LIT_SHININESS,
+    RTI_LIT_DIFFUSE_PDF, /* path: probability of going on by the diffuse lobe (for multiple importance) */
+    RTI_LIT_ROWS
+};
 
 typedef struct rti_slot {
     rt_tile tile;
@@ -79,8 +94,12 @@ typedef struct rti_worker {
     float *times; /* of the batch's rays, in scenes with motion: made from (pixel, sample) for each batch anew */
     rti_steps *steps;
     rti_shadows shadows;
-    rti_lit_block *lit;
-    uint32_t lit_count;
+    float *lit;         /* [RTI_LIT_ROWS * lit_stride] */
+    uint32_t *lit_ray;  /* index in the batch: its pixel, sample, key */
+    uint32_t *lit_home; /* where its light goes */
+    uint32_t lit_count, lit_stride;
+    uint8_t *keys; /* for shading in lanes: kind of each hit of a depth; then their order; and each hit's material */
+    uint32_t *order, *materials;
     uint64_t *film;
     uint32_t *touched; /* a bit for each material that shading has looked at */
     rti_slot *slots;
@@ -197,7 +216,8 @@ void rti_push(rti_worker *worker, rtk_vec3 org, rtk_vec3 dir, uint32_t mask, con
 
 /* shadow.c. Queues a ray that brings c to the film unless something is between tmin = 0 and tmax; flushes when full. light:
  * index, to know which rays go to one point. */
-void rti_shadow(rti_worker *worker, uint32_t light, rtk_vec3 org, rtk_vec3 dir, float tmax, rtk_vec3 c, uint32_t home, float time);
+void rti_shadow(rti_worker *worker, uint32_t light, rtk_vec3 org, rtk_vec3 dir, float tmax, rtk_vec3 c, uint32_t home,
+                float time);
 void rti_shadow_flush(rti_worker *worker);
 
 #endif

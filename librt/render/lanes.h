@@ -1,0 +1,133 @@
+/* Shading in lanes: the per-ray functions of kernel/, called in loops of sixteen that the compiler makes vectors of. These files
+ * are compiled once for each instruction set; the bits are the same from each, for the operations are.
+ *
+ * A sheaf is up to sixteen hits of one kind (lanes_sort.c), taken out of the batch into rows. A loop over its lanes has no branch
+ * and no load that depends on one: what is rare (a sliver, a moving instance) is marked, and told by the scalar function
+ * afterwards. Lanes behind count repeat the last one. */
+#ifndef RTI_LANES_H
+#define RTI_LANES_H
+
+#include <string.h>
+
+#include "../base/isa.h"
+#include "wavefront.h"
+
+#if defined(__GNUC__)
+#define RTI_ROW __attribute__((aligned(64)))
+/* Everything inline: a call in a lane loop keeps it scalar. */
+#define RTI_LANES_FN __attribute__((flatten))
+#else
+#define RTI_ROW
+#define RTI_LANES_FN
+#endif
+
+typedef struct rti_sheaf {
+    uint32_t count;
+    uint32_t surface_kind, material_kind;
+    uint32_t depth;                  /* of all its rays */
+    uint32_t ray[RTK_BLOCK] RTI_ROW; /* index in the batch */
+    uint32_t home[RTK_BLOCK] RTI_ROW;
+    float ox[RTK_BLOCK] RTI_ROW, oy[RTK_BLOCK] RTI_ROW, oz[RTK_BLOCK] RTI_ROW; /* of shapes and planes only */
+    float dx[RTK_BLOCK] RTI_ROW, dy[RTK_BLOCK] RTI_ROW, dz[RTK_BLOCK] RTI_ROW;
+    float tpr[RTK_BLOCK] RTI_ROW, tpg[RTK_BLOCK] RTI_ROW, tpb[RTK_BLOCK] RTI_ROW;
+    float width[RTK_BLOCK] RTI_ROW, spread[RTK_BLOCK] RTI_ROW;
+    float t[RTK_BLOCK] RTI_ROW, u[RTK_BLOCK] RTI_ROW, v[RTK_BLOCK] RTI_ROW;
+    uint32_t prim[RTK_BLOCK] RTI_ROW, geom[RTK_BLOCK] RTI_ROW, inst[RTK_BLOCK] RTI_ROW;
+
+    /* The surface, turned to the ray (rti_point). */
+    float px[RTK_BLOCK] RTI_ROW, py[RTK_BLOCK] RTI_ROW, pz[RTK_BLOCK] RTI_ROW, error[RTK_BLOCK] RTI_ROW;
+    float nx[RTK_BLOCK] RTI_ROW, ny[RTK_BLOCK] RTI_ROW, nz[RTK_BLOCK] RTI_ROW;       /* shading normal */
+    float gx[RTK_BLOCK] RTI_ROW, gy[RTK_BLOCK] RTI_ROW, gz[RTK_BLOCK] RTI_ROW;       /* geometric normal */
+    float tr[RTK_BLOCK] RTI_ROW, tg[RTK_BLOCK] RTI_ROW, tb[RTK_BLOCK] RTI_ROW;       /* tint */
+    float tu[RTK_BLOCK] RTI_ROW, tv[RTK_BLOCK] RTI_ROW, uv_scale[RTK_BLOCK] RTI_ROW; /* of textured materials only */
+    float footprint[RTK_BLOCK] RTI_ROW;
+    float cr[RTK_BLOCK] RTI_ROW, cg[RTK_BLOCK] RTI_ROW, cb[RTK_BLOCK] RTI_ROW; /* the material's colour here */
+    uint32_t material[RTK_BLOCK] RTI_ROW, outside[RTK_BLOCK] RTI_ROW, plain[RTK_BLOCK] RTI_ROW;
+    bool one_material; /* that of lane 0 */
+} rti_sheaf;
+
+/* Light for sixteen places of the film. */
+typedef struct rti_light_lanes {
+    float r[RTK_BLOCK] RTI_ROW, g[RTK_BLOCK] RTI_ROW, b[RTK_BLOCK] RTI_ROW;
+} rti_light_lanes;
+
+/* The nearest integer, ties to even, of |x| < 2^51: what is added leaves a double no place for a fraction. */
+static inline uint64_t rti_lane_fixed(float x)
+{
+    double d = (double)x + 6755399441055744.0; /* 1.5 * 2^52 */
+    uint64_t bits;
+    memcpy(&bits, &d, sizeof bits);
+    return bits - 0x4338000000000000u;
+}
+
+/* rti_add of the lanes in mask. */
+static inline void rti_add_lanes(rti_worker *w, const uint32_t *home, uint32_t mask, const rti_light_lanes *l)
+{
+    const float scale = w->frame->film_scale;
+    uint64_t r[RTK_BLOCK] RTI_ROW, g[RTK_BLOCK] RTI_ROW, b[RTK_BLOCK] RTI_ROW;
+    uint32_t rare = 0;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        rare |= (uint32_t) !(rtk_fabs(l->r[k]) + rtk_fabs(l->g[k]) + rtk_fabs(l->b[k]) <= RTK_FILM_LIMIT);
+    if (rare) {
+        for (uint32_t k = 0; k < RTK_BLOCK; k++)
+            if (mask >> k & 1u)
+                rti_add(w, home[k], rtk_v3(l->r[k], l->g[k], l->b[k]));
+        return;
+    }
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        r[k] = rti_lane_fixed(l->r[k] * scale);
+        g[k] = rti_lane_fixed(l->g[k] * scale);
+        b[k] = rti_lane_fixed(l->b[k] * scale);
+    }
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        uint64_t *sum = w->film + (size_t)home[k] * RTK_FILM_CHANNELS;
+        if (!(mask >> k & 1u))
+            continue;
+        sum[0] += r[k];
+        sum[1] += g[k];
+        sum[2] += b[k];
+    }
+}
+
+/* Sorted by what a hit needs. */
+enum {
+    RTI_SURFACE_MISS = 0,
+    RTI_SURFACE_MESH,
+    RTI_SURFACE_SMOOTH,
+    RTI_SURFACE_SPHERE,
+    RTI_SURFACE_PLANE,
+    RTI_SURFACE_OTHER,
+    RTI_SURFACE_COUNT
+};
+#define RTI_LOOK_EMISSIVE 0u
+#define RTI_LOOK_PLAIN    1u
+#define RTI_LOOK_TEXTURED 2u /* and above, by the texture */
+#define RTI_LOOK_TEXTURES 32u
+#define RTI_LOOK_COUNT    (RTI_LOOK_TEXTURED + RTI_LOOK_TEXTURES)
+
+/* What a step of an integrator does with a sheaf whose surfaces are there. */
+typedef void (*rti_sheaf_fn)(rti_worker *worker, rti_sheaf *sheaf);
+
+/* Of one instruction set. */
+struct rti_lanes {
+    /* Sixteen neighbouring pixels' rays of one sample, lane i at pixel (x[i], y[i]). */
+    void (*camera)(const rti_frame *frame, const uint32_t x[RTK_BLOCK], const uint32_t y[RTK_BLOCK], uint32_t sample,
+                   rtk_trace_block *trace, rtk_path_block *path, float px[RTK_BLOCK], float py[RTK_BLOCK]);
+    /* Hits [first, first + count) of the batch, of one depth, by kind: misses add the world's light, each sheaf goes to `then`.
+     */
+    void (*sheaves)(rti_worker *worker, uint32_t first, uint32_t count, rti_sheaf_fn then);
+    rti_sheaf_fn whitted; /* the classic material, whole */
+    /* Every lit point [0, count) from one light, one ray each; spherical lights have a loop of their own. */
+    void (*shine)(rti_worker *worker, uint32_t light);
+    /* Adds what pending rays bring that are not occluded. */
+    void (*arrive)(rti_worker *worker);
+    /* One row of the image from a row of sums. */
+    void (*resolve)(const uint64_t *sum, float *out, uint32_t pixels, double unit, double samples);
+};
+
+const rti_lanes *rti_lanes_find(rti_isa isa);
+
+/* The whole of [first, first + count), which the wavefront sorts by depth. */
+void rti_sheaves(rti_worker *worker, uint32_t first, uint32_t count, rti_sheaf_fn then);
+
+#endif

@@ -1,0 +1,97 @@
+/* Both ends of a ray's life in lanes: where it leaves the camera, and the row of an image that sums become. */
+#include "../kernel/filter.h"
+#include "lanes.h"
+#include "lanes_table.h"
+
+/* Where in the pixels' filter the rays pass; the single sample of a pixel is its middle. */
+RTI_LANES_FN static void offsets(const rti_frame *f, const uint32_t *pixel, uint32_t sample, float *dx, float *dy)
+{
+    const uint32_t seed = f->seed;
+    const rtk_key root = rtk_key_root();
+    const float width = f->set.desc.filter_width;
+    rtk_uv u[RTK_BLOCK];
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        u[k] = rtk_random2(rtk_vertex_seed(seed, pixel[k], root), sample, RTK_DIM_FILTER_X);
+    if (f->set.desc.filter == RT_FILTER_GAUSSIAN) {
+        for (uint32_t k = 0; k < RTK_BLOCK; k++)
+            u[k] = rtk_filter_gaussian(u[k], width);
+    } else {
+        for (uint32_t k = 0; k < RTK_BLOCK; k++)
+            u[k] = rtk_filter_box(u[k], width);
+    }
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        dx[k] = u[k].x;
+        dy[k] = u[k].y;
+    }
+}
+
+RTI_LANES_FN static void rays(const rti_frame *f, const float *px, const float *py, rtk_trace_block *restrict t)
+{
+    const rtk_lens lens = f->lens;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        rtk_vec3 org, dir;
+        rtk_lens_ray(lens, px[k], py[k], &org, &dir);
+        t->ox[k] = org.x;
+        t->oy[k] = org.y;
+        t->oz[k] = org.z;
+        t->dx[k] = dir.x;
+        t->dy[k] = dir.y;
+        t->dz[k] = dir.z;
+        t->tmin[k] = 0.0f;
+        t->tmax[k] = RTK_INF;
+        t->mask[k] = RT_MASK_CAMERA;
+    }
+}
+
+RTI_LANES_FN static void states(const rti_frame *f, uint32_t sample, rtk_path_block *restrict p)
+{
+    const float width = f->lens.width, spread = f->lens.spread;
+    const rtk_key root = rtk_key_root();
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        p->tpr[k] = 1.0f;
+        p->tpg[k] = 1.0f;
+        p->tpb[k] = 1.0f;
+        p->sample[k] = sample;
+        p->depth_kind[k] = RTK_KIND_CAMERA << 16;
+        p->key_lo[k] = root.lo;
+        p->key_hi[k] = root.hi;
+        p->eta[k] = 1.0f;
+        p->width[k] = width;
+        p->spread[k] = spread;
+        p->pdf[k] = -1.0f;
+    }
+}
+
+void RTI_ISA_FN(rti_lanes_camera)(const rti_frame *f, const uint32_t *x, const uint32_t *y, uint32_t sample,
+                                  rtk_trace_block *trace, rtk_path_block *path, float *px, float *py)
+{
+    const uint32_t width = f->set.desc.width;
+    float dx[RTK_BLOCK] = {0}, dy[RTK_BLOCK] = {0};
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        path->pixel[k] = y[k] * width + x[k];
+    if (f->set.samples > 1)
+        offsets(f, path->pixel, sample, dx, dy);
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) { /* signed: a coordinate is below 2^20, and older processors convert nothing else */
+        px[k] = (float)(int32_t)x[k] + 0.5f + dx[k];
+        py[k] = (float)(int32_t)y[k] + 0.5f + dy[k];
+    }
+    rays(f, px, py, trace);
+    states(f, sample, path);
+}
+
+/* A power of two divides as its inverse multiplies. */
+void RTI_ISA_FN(rti_lanes_resolve)(const uint64_t *restrict sum, float *restrict out, uint32_t pixels, double unit,
+                                   double samples)
+{
+    const double factor[4] = {unit, unit, unit, 1.0};
+    const uint64_t whole = (uint64_t)samples;
+    const uint32_t n = pixels * RTK_FILM_CHANNELS;
+    if ((whole & (whole - 1)) == 0) {
+        const double inverse = 1.0 / samples;
+        for (uint32_t i = 0; i < n; i++)
+            out[i] = (float)((double)(int64_t)sum[i] * factor[i % 4] * inverse);
+    } else {
+        for (uint32_t i = 0; i < n; i++)
+            out[i] = (float)((double)(int64_t)sum[i] * factor[i % 4] / samples);
+    }
+}

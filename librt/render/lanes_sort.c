@@ -1,0 +1,257 @@
+/* The hits of a batch by what they need: counting-sorted, and taken out of the batch sixteen at a time. */
+#include "lanes.h"
+#include "lanes_table.h"
+#include "shade.h"
+
+#define KEYS (RTI_SURFACE_COUNT * RTI_LOOK_COUNT)
+
+static uint32_t look_of(const rtk_scene *scene, uint32_t material)
+{
+    const rtk_material *m = &scene->materials[material];
+    if (m->type == RTK_MATERIAL_EMISSIVE)
+        return RTI_LOOK_EMISSIVE;
+    return m->color_tex == RTK_INVALID ? RTI_LOOK_PLAIN : RTI_LOOK_TEXTURED + m->color_tex % RTI_LOOK_TEXTURES;
+}
+
+static uint32_t surface_of(const rtk_group *g, const rtk_geom *geom, uint32_t prim)
+{
+    if (geom->type == RTK_GEOM_MESH)
+        return geom->off_normals | geom->off_colors | geom->off_uvs ? RTI_SURFACE_SMOOTH : RTI_SURFACE_MESH;
+    if (geom->type == RTK_GEOM_PLANE)
+        return RTI_SURFACE_PLANE;
+    return g->shapes[geom->first + prim].type == RTK_SHAPE_SPHERE ? RTI_SURFACE_SPHERE : RTI_SURFACE_OTHER;
+}
+
+/* Bodies in instances are of the kind OTHER: all of them are told by the scalar function. */
+static uint32_t key_of(const rtk_scene *scene, uint32_t geom_index, uint32_t prim, uint32_t inst, uint32_t *material)
+{
+    const rtk_instance *i = inst != RTK_INVALID ? &scene->instances[inst] : NULL;
+    const rtk_group *g = &scene->groups[i ? i->group : 0];
+    const rtk_geom *geom = &g->geoms[geom_index];
+    if (i && i->material != RTK_INVALID)
+        *material = i->material;
+    else if (geom->flags & RTK_GEOM_FACE_MATERIALS)
+        *material = geom->material_base + rtk_attribute_u32(g->attributes, geom->off_materials, prim);
+    else
+        *material = geom->material;
+    return (i ? (uint32_t)RTI_SURFACE_OTHER : surface_of(g, geom, prim)) * RTI_LOOK_COUNT + look_of(scene, *material);
+}
+
+/* Neighbours mostly hit one geometry: its key is not looked for again. Shapes of one geometry are of one type. */
+static void find_keys(rti_worker *w, uint32_t first, uint32_t count, uint32_t *counts)
+{
+    const rtk_scene *scene = w->frame->scene;
+    uint32_t last_geom = RTK_INVALID, last_inst = 0, last_key = 0, last_material = 0;
+    for (uint32_t n = 0; n < count; n++) {
+        const rtk_hit_block *h = &w->hits[(first + n) / RTK_BLOCK];
+        uint32_t k = (first + n) % RTK_BLOCK, key = 0, material = 0;
+        if (h->prim[k] != RTK_INVALID && h->geom[k] == last_geom && h->inst[k] == last_inst) {
+            key = last_key;
+            material = last_material;
+        } else if (h->prim[k] != RTK_INVALID) {
+            key = key_of(scene, h->geom[k], h->prim[k], h->inst[k], &material);
+            if (!(scene->groups[h->inst[k] == RTK_INVALID ? 0 : scene->instances[h->inst[k]].group].geoms[h->geom[k]].flags &
+                  RTK_GEOM_FACE_MATERIALS)) {
+                last_geom = h->geom[k];
+                last_inst = h->inst[k];
+                last_key = key;
+                last_material = material;
+            }
+        }
+        w->keys[n] = (uint8_t)key;
+        w->materials[first + n] = material;
+        counts[key]++;
+    }
+}
+
+/* ---- sheaves ---- */
+
+static void take_scattered(const rti_worker *w, rti_sheaf *c)
+{
+    const rtk_trace_block *t = w->batch.trace;
+    const rtk_path_block *p = w->batch.path;
+    const rtk_hit_block *h = w->hits;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        uint32_t b = c->ray[k] / RTK_BLOCK, i = c->ray[k] % RTK_BLOCK;
+        c->home[k] = w->batch.home[b].home[i];
+        c->ox[k] = t[b].ox[i];
+        c->oy[k] = t[b].oy[i];
+        c->oz[k] = t[b].oz[i];
+        c->dx[k] = t[b].dx[i];
+        c->dy[k] = t[b].dy[i];
+        c->dz[k] = t[b].dz[i];
+        c->tpr[k] = p[b].tpr[i];
+        c->tpg[k] = p[b].tpg[i];
+        c->tpb[k] = p[b].tpb[i];
+        c->width[k] = p[b].width[i];
+        c->spread[k] = p[b].spread[i];
+        c->t[k] = h[b].t[i];
+        c->u[k] = h[b].u[i];
+        c->v[k] = h[b].v[i];
+        c->prim[k] = h[b].prim[i];
+        c->geom[k] = h[b].geom[i];
+        c->inst[k] = h[b].inst[i];
+        c->material[k] = w->materials[c->ray[k]];
+    }
+}
+
+/* All sixteen in their places of one block. */
+static void take_block(const rti_worker *w, rti_sheaf *restrict c)
+{
+    const uint32_t b = c->ray[0] / RTK_BLOCK;
+    const rtk_trace_block *t = &w->batch.trace[b];
+    const rtk_path_block *p = &w->batch.path[b];
+    const rtk_hit_block *h = &w->hits[b];
+    memcpy(c->home, w->batch.home[b].home, sizeof c->home);
+    memcpy(c->ox, t->ox, sizeof c->ox);
+    memcpy(c->oy, t->oy, sizeof c->oy);
+    memcpy(c->oz, t->oz, sizeof c->oz);
+    memcpy(c->dx, t->dx, sizeof c->dx);
+    memcpy(c->dy, t->dy, sizeof c->dy);
+    memcpy(c->dz, t->dz, sizeof c->dz);
+    memcpy(c->tpr, p->tpr, sizeof c->tpr);
+    memcpy(c->tpg, p->tpg, sizeof c->tpg);
+    memcpy(c->tpb, p->tpb, sizeof c->tpb);
+    memcpy(c->width, p->width, sizeof c->width);
+    memcpy(c->spread, p->spread, sizeof c->spread);
+    memcpy(c->t, h->t, sizeof c->t);
+    memcpy(c->u, h->u, sizeof c->u);
+    memcpy(c->v, h->v, sizeof c->v);
+    memcpy(c->prim, h->prim, sizeof c->prim);
+    memcpy(c->geom, h->geom, sizeof c->geom);
+    memcpy(c->inst, h->inst, sizeof c->inst);
+    memcpy(c->material, w->materials + c->ray[0], sizeof c->material);
+}
+
+/* Sorting keeps the order of the batch, so that sixteen in a row are seen by the ends alone. */
+static void take(const rti_worker *w, const uint32_t *order, uint32_t count, rti_sheaf *c)
+{
+    c->count = count;
+    if (count == RTK_BLOCK && order[0] % RTK_BLOCK == 0 && order[RTK_BLOCK - 1] == order[0] + RTK_BLOCK - 1) {
+        memcpy(c->ray, order, sizeof c->ray);
+        take_block(w, c);
+        return;
+    }
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        c->ray[k] = order[k < count ? k : count - 1];
+    take_scattered(w, c);
+}
+
+/* ---- what every integrator asks ---- */
+
+static void touch(rti_worker *w, rti_sheaf *c)
+{
+    uint32_t differ = 0;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        differ |= c->material[k] ^ c->material[0];
+    c->one_material = differ == 0;
+    if (c->one_material) {
+        rti_touch(w, c->material[0]);
+        return;
+    }
+    for (uint32_t k = 0; k < c->count; k++)
+        rti_touch(w, c->material[k]);
+}
+
+/* The material's colour times the tint. */
+static void plain_colors(const rtk_scene *scene, rti_sheaf *c)
+{
+    if (c->one_material) {
+        const rtk_material *m = &scene->materials[c->material[0]];
+        const float r = m->color[0], g = m->color[1], b = m->color[2];
+        for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+            c->cr[k] = r * c->tr[k];
+            c->cg[k] = g * c->tg[k];
+            c->cb[k] = b * c->tb[k];
+        }
+        return;
+    }
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const rtk_material *m = &scene->materials[c->material[k]];
+        c->cr[k] = m->color[0] * c->tr[k];
+        c->cg[k] = m->color[1] * c->tg[k];
+        c->cb[k] = m->color[2] * c->tb[k];
+    }
+}
+
+static void texture_colors(const rtk_scene *scene, rti_sheaf *c)
+{
+    for (uint32_t k = 0; k < c->count; k++) {
+        const rtk_material *m = &scene->materials[c->material[k]];
+        float rgba[4];
+        rtk_texture_sample(scene->textures[m->color_tex], c->tu[k], c->tv[k], c->footprint[k] * c->uv_scale[k], rgba);
+        c->cr[k] *= rgba[0];
+        c->cg[k] *= rgba[1];
+        c->cb[k] *= rgba[2];
+    }
+}
+
+RTI_LANES_FN static void misses(rti_worker *w, const rti_sheaf *c)
+{
+    const rtk_scene *scene = w->frame->scene;
+    const rtk_world *world = scene->world;
+    rti_light_lanes l;
+    if (world->background_tex == RTK_INVALID) {
+        const rtk_vec3 low = rtk_v3(world->background[0], world->background[1], world->background[2]);
+        const rtk_vec3 top = rtk_v3(world->background_top[0], world->background_top[1], world->background_top[2]);
+        for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+            rtk_vec3 e = rtk_gradient(low, top, rtk_v3(c->dx[k], c->dy[k], c->dz[k]));
+            l.r[k] = c->tpr[k] * e.x;
+            l.g[k] = c->tpg[k] * e.y;
+            l.b[k] = c->tpb[k] * e.z;
+        }
+    } else {
+        for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+            rtk_vec3 e = rtk_background(scene, rtk_v3(c->dx[k], c->dy[k], c->dz[k]), c->spread[k]);
+            l.r[k] = c->tpr[k] * e.x;
+            l.g[k] = c->tpg[k] * e.y;
+            l.b[k] = c->tpb[k] * e.z;
+        }
+    }
+    rti_add_lanes(w, c->home, (1u << c->count) - 1, &l);
+}
+
+static void hits(rti_worker *w, rti_sheaf *c, rti_sheaf_fn then)
+{
+    const rtk_scene *scene = w->frame->scene;
+    if (c->depth == 0) {
+        for (uint32_t k = 0; k < c->count; k++)
+            rti_cover(w, c->home[k]);
+    }
+    RTI_ISA_FN(rti_lanes_surface)(w, c);
+    touch(w, c);
+    if (c->material_kind != RTI_LOOK_EMISSIVE)
+        plain_colors(scene, c);
+    if (c->material_kind >= RTI_LOOK_TEXTURED)
+        texture_colors(scene, c);
+    then(w, c);
+}
+
+void RTI_ISA_FN(rti_lanes_sheaves)(rti_worker *w, uint32_t first, uint32_t count, rti_sheaf_fn then)
+{
+    uint32_t ends[KEYS] = {0}, at = 0;
+    rti_sheaf c;
+    find_keys(w, first, count, ends);
+    for (uint32_t key = 0; key < KEYS; key++) { /* counts to beginnings */
+        uint32_t n = ends[key];
+        ends[key] = at;
+        at += n;
+    }
+    for (uint32_t n = 0; n < count; n++)
+        w->order[ends[w->keys[n]]++] = first + n; /* beginnings to ends */
+    c.depth = w->batch.path[first / RTK_BLOCK].depth_kind[first % RTK_BLOCK] & 0xffffu;
+    at = 0;
+    for (uint32_t key = 0; key < KEYS; key++) {
+        c.surface_kind = key / RTI_LOOK_COUNT;
+        c.material_kind = key % RTI_LOOK_COUNT;
+        while (at < ends[key]) {
+            uint32_t n = ends[key] - at < RTK_BLOCK ? ends[key] - at : RTK_BLOCK;
+            take(w, w->order + at, n, &c);
+            at += n;
+            if (c.surface_kind == RTI_SURFACE_MISS)
+                misses(w, &c);
+            else
+                hits(w, &c, then);
+        }
+    }
+}

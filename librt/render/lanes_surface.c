@@ -1,0 +1,340 @@
+/* What is at sixteen hits of one kind. Each function here is the like-named one of kernel/surface.h over rows; where that one
+ * takes a rare branch, the lane is marked and told by rtk_surface_at itself. */
+#include "lanes.h"
+#include "lanes_table.h"
+#include "shade.h"
+
+static rtk_vec3 row3(const float *x, const float *y, const float *z, uint32_t k)
+{
+    return rtk_v3(x[k], y[k], z[k]);
+}
+
+/* ---- triangles ---- */
+
+typedef struct corners {
+    float a[3][RTK_BLOCK] RTI_ROW, b[3][RTK_BLOCK] RTI_ROW, c[3][RTK_BLOCK] RTI_ROW;
+} corners;
+
+static void load_vertices(const rtk_group *g, const rti_sheaf *c, corners *v)
+{
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const rtk_tri *t = &g->tris[g->geoms[c->geom[k]].first + c->prim[k]];
+        for (uint32_t i = 0; i < 3; i++) {
+            v->a[i][k] = t->v0[i];
+            v->b[i][k] = t->v1[i];
+            v->c[i][k] = t->v2[i];
+        }
+    }
+}
+
+RTI_LANES_FN static void mesh(const rtk_group *g, rti_sheaf *c, float *area)
+{
+    corners v;
+    load_vertices(g, c, &v);
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        rtk_vec3 a = row3(v.a[0], v.a[1], v.a[2], k), p, n;
+        rtk_vec3 e1 = rtk_sub(row3(v.b[0], v.b[1], v.b[2], k), a), e2 = rtk_sub(row3(v.c[0], v.c[1], v.c[2], k), a);
+        int plain = rtk_edges_normal(e1, e2, &n);
+        c->error[k] = rtk_mesh_point(a, e1, e2, c->u[k], c->v[k], &p);
+        c->px[k] = p.x;
+        c->py[k] = p.y;
+        c->pz[k] = p.z;
+        c->plain[k] = plain & rtk_unit_is_plain(rtk_maxabs(n));
+        area[k] = rtk_len(n);
+        n = rtk_unit_plain(n);
+        c->gx[k] = n.x;
+        c->gy[k] = n.y;
+        c->gz[k] = n.z;
+    }
+}
+
+/* Of each corner; a geometry without them has zeros, which give the geometric normal. */
+static void load_normals(const rtk_group *g, const rti_sheaf *c, corners *v)
+{
+    static const float none[3] = {0.0f, 0.0f, 0.0f};
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const rtk_geom *geom = &g->geoms[c->geom[k]];
+        const uint32_t *corner = (const uint32_t *)(const void *)(g->attributes + geom->off_indices) + 3 * (size_t)c->prim[k];
+        const float *n = (const float *)(const void *)(g->attributes + geom->off_normals);
+        bool there = geom->off_normals != 0;
+        const float *na = there ? n + 3 * (size_t)corner[0] : none, *nb = there ? n + 3 * (size_t)corner[1] : none;
+        const float *nc = there ? n + 3 * (size_t)corner[2] : none;
+        for (uint32_t i = 0; i < 3; i++) {
+            v->a[i][k] = na[i];
+            v->b[i][k] = nb[i];
+            v->c[i][k] = nc[i];
+        }
+    }
+}
+
+RTI_LANES_FN static void smooth_normals(const rtk_group *g, rti_sheaf *c)
+{
+    corners v;
+    load_normals(g, c, &v);
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        rtk_vec3 ng = row3(c->gx, c->gy, c->gz, k);
+        rtk_vec3 n = rtk_weighted(row3(v.a[0], v.a[1], v.a[2], k), row3(v.b[0], v.b[1], v.b[2], k),
+                                  row3(v.c[0], v.c[1], v.c[2], k), c->u[k], c->v[k]);
+        float m = rtk_maxabs(n);
+        int usable = (m > 0.0f) & (m < RTK_INF), back;
+        c->plain[k] &= (uint32_t)((!usable) | rtk_unit_is_plain(m));
+        n = rtk_unit_plain(n);
+        back = rtk_dot3(n, ng) < 0.0f;
+        c->nx[k] = usable ? (back ? -n.x : n.x) : ng.x;
+        c->ny[k] = usable ? (back ? -n.y : n.y) : ng.y;
+        c->nz[k] = usable ? (back ? -n.z : n.z) : ng.z;
+    }
+}
+
+static void load_colors(const rtk_group *g, const rti_sheaf *c, corners *v)
+{
+    static const float white[3] = {1.0f, 1.0f, 1.0f};
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const rtk_geom *geom = &g->geoms[c->geom[k]];
+        const uint32_t *corner = (const uint32_t *)(const void *)(g->attributes + geom->off_indices) + 3 * (size_t)c->prim[k];
+        const float *n = (const float *)(const void *)(g->attributes + geom->off_colors);
+        bool there = geom->off_colors != 0;
+        const float *ca = there ? n + 3 * (size_t)corner[0] : white, *cb = there ? n + 3 * (size_t)corner[1] : white;
+        const float *cc = there ? n + 3 * (size_t)corner[2] : white;
+        for (uint32_t i = 0; i < 3; i++) {
+            v->a[i][k] = ca[i];
+            v->b[i][k] = cb[i];
+            v->c[i][k] = cc[i];
+        }
+    }
+}
+
+RTI_LANES_FN static void colors(const rtk_group *g, rti_sheaf *c)
+{
+    corners v;
+    load_colors(g, c, &v);
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        rtk_vec3 t = rtk_weighted(row3(v.a[0], v.a[1], v.a[2], k), row3(v.b[0], v.b[1], v.b[2], k),
+                                  row3(v.c[0], v.c[1], v.c[2], k), c->u[k], c->v[k]);
+        c->tr[k] = t.x;
+        c->tg[k] = t.y;
+        c->tb[k] = t.z;
+    }
+}
+
+/* Texture coordinates and their density. A geometry without any is measured by the hit's weights. */
+RTI_LANES_FN static void coordinates(const rtk_group *g, rti_sheaf *c, const float *area)
+{
+    static const float weights[6] = {0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 1.0f};
+    float a[6][RTK_BLOCK] RTI_ROW, there[RTK_BLOCK] RTI_ROW;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const rtk_geom *geom = &g->geoms[c->geom[k]];
+        const uint32_t *corner = (const uint32_t *)(const void *)(g->attributes + geom->off_indices) + 3 * (size_t)c->prim[k];
+        const float *uv = (const float *)(const void *)(g->attributes + geom->off_uvs);
+        there[k] = geom->off_uvs != 0 ? 1.0f : 0.0f;
+        for (uint32_t i = 0; i < 6; i++)
+            a[i][k] = geom->off_uvs != 0 ? uv[2 * (size_t)corner[i / 2] + i % 2] : weights[i];
+    }
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        float du1 = a[2][k] - a[0][k], dv1 = a[3][k] - a[1][k], du2 = a[4][k] - a[0][k], dv2 = a[5][k] - a[1][k];
+        float density = rtk_sqrt(rtk_fabs(du1 * dv2 - du2 * dv1) / area[k]);
+        c->tu[k] = a[0][k] + c->u[k] * du1 + c->v[k] * du2;
+        c->tv[k] = a[1][k] + c->u[k] * dv1 + c->v[k] * dv2;
+        c->uv_scale[k] = (area[k] > 0.0f) & (there[k] > 0.0f) ? density : 0.0f;
+    }
+}
+
+/* ---- spheres, planes ---- */
+
+RTI_LANES_FN static void spheres(const rtk_group *g, rti_sheaf *c)
+{
+    float x[RTK_BLOCK] RTI_ROW, y[RTK_BLOCK] RTI_ROW, z[RTK_BLOCK] RTI_ROW, radius[RTK_BLOCK] RTI_ROW;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const rtk_shape *s = &g->shapes[g->geoms[c->geom[k]].first + c->prim[k]];
+        x[k] = s->p[0];
+        y[k] = s->p[1];
+        z[k] = s->p[2];
+        radius[k] = s->p[3];
+    }
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        rtk_vec3 at = row3(x, y, z, k), n, p, lo, hi;
+        rtk_ray ray;
+        ray.org = row3(c->ox, c->oy, c->oz, k);
+        ray.dir = row3(c->dx, c->dy, c->dz, k);
+        n = rtk_sub(rtk_ray_at(ray, c->t[k]), at);
+        c->plain[k] = (uint32_t)rtk_unit_is_plain(rtk_maxabs(n));
+        n = rtk_unit_plain(n);
+        p = rtk_sphere_point(at, radius[k], n);
+        lo = rtk_v3(rtk_sphere_low(at.x, radius[k]), rtk_sphere_low(at.y, radius[k]), rtk_sphere_low(at.z, radius[k]));
+        hi = rtk_v3(rtk_sphere_high(at.x, radius[k]), rtk_sphere_high(at.y, radius[k]), rtk_sphere_high(at.z, radius[k]));
+        c->error[k] = rtk_shape_error(p, rtk_sub(hi, lo));
+        c->px[k] = p.x;
+        c->py[k] = p.y;
+        c->pz[k] = p.z;
+        c->gx[k] = n.x;
+        c->gy[k] = n.y;
+        c->gz[k] = n.z;
+    }
+}
+
+static void sphere_tints(const rtk_group *g, rti_sheaf *c)
+{
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const rtk_geom *geom = &g->geoms[c->geom[k]];
+        if (geom->off_colors) {
+            rtk_vec3 t = rtk_attribute3(g->attributes, geom->off_colors, c->prim[k]);
+            c->tr[k] = t.x;
+            c->tg[k] = t.y;
+            c->tb[k] = t.z;
+        }
+    }
+}
+
+/* Longitude and latitude take inverse functions: lane after lane. */
+static void sphere_coordinates(const rtk_group *g, rti_sheaf *c)
+{
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const rtk_shape *s = &g->shapes[g->geoms[c->geom[k]].first + c->prim[k]];
+        rtk_vec3 ng = row3(c->gx, c->gy, c->gz, k);
+        rtk_sphere_uv(ng, &c->tu[k], &c->tv[k]);
+        c->uv_scale[k] = rtk_shape_uv_scale(s, ng);
+    }
+}
+
+RTI_LANES_FN static void planes(const rtk_group *g, rti_sheaf *c)
+{
+    float q[9][RTK_BLOCK] RTI_ROW;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const rtk_geom *geom = &g->geoms[c->geom[k]];
+        const rtk_shape *s = &g->planes[geom->first];
+        for (uint32_t i = 0; i < 3; i++) {
+            q[i][k] = s->p[i];
+            q[3 + i][k] = s->p[4 + i];
+            q[6 + i][k] = geom->t_dir[i];
+        }
+    }
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        rtk_vec3 at = row3(q[0], q[1], q[2], k), n = row3(q[3], q[4], q[5], k), x = row3(q[6], q[7], q[8], k), p, d;
+        rtk_ray ray;
+        ray.org = row3(c->ox, c->oy, c->oz, k);
+        ray.dir = row3(c->dx, c->dy, c->dz, k);
+        p = rtk_plane_point(rtk_ray_at(ray, c->t[k]), at, n);
+        d = rtk_sub(p, at);
+        c->plain[k] = 1;
+        c->error[k] = rtk_plane_error(p);
+        c->px[k] = p.x;
+        c->py[k] = p.y;
+        c->pz[k] = p.z;
+        c->gx[k] = n.x;
+        c->gy[k] = n.y;
+        c->gz[k] = n.z;
+        c->tu[k] = rtk_dot3(d, x);
+        c->tv[k] = rtk_dot3(d, rtk_cross3(n, x));
+        c->uv_scale[k] = 1.0f;
+    }
+}
+
+/* ---- all ---- */
+
+/* Placement of texture coordinates. */
+RTI_LANES_FN static void place_coordinates(const rtk_group *g, rti_sheaf *c)
+{
+    float m[6][RTK_BLOCK] RTI_ROW;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        for (uint32_t i = 0; i < 6; i++)
+            m[i][k] = g->geoms[c->geom[k]].uv_xfm[i];
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        float u = c->tu[k], v = c->tv[k];
+        c->tu[k] = m[0][k] * u + m[1][k] * v + m[2][k];
+        c->tv[k] = m[3][k] * u + m[4][k] * v + m[5][k];
+        c->uv_scale[k] *= rtk_sqrt(rtk_fabs(m[0][k] * m[4][k] - m[1][k] * m[3][k]));
+    }
+}
+
+static void geometric_normals(rti_sheaf *c)
+{
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        c->nx[k] = c->gx[k];
+        c->ny[k] = c->gy[k];
+        c->nz[k] = c->gz[k];
+    }
+}
+
+static void no_tints(rti_sheaf *c)
+{
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        c->tr[k] = c->tg[k] = c->tb[k] = 1.0f;
+}
+
+/* Lanes that are not plain, by the scalar function. */
+static void tell(const rti_worker *w, rti_sheaf *c)
+{
+    for (uint32_t k = 0; k < c->count; k++) {
+        rtk_surface s;
+        if (c->plain[k])
+            continue;
+        s = rtk_surface_at(w->frame->scene, rti_batch_ray(w, c->ray[k]), rti_hit_at(w->hits, c->ray[k]),
+                           rti_batch_time(w, c->ray[k]));
+        c->px[k] = s.p.x;
+        c->py[k] = s.p.y;
+        c->pz[k] = s.p.z;
+        c->error[k] = s.error;
+        c->nx[k] = s.ns.x;
+        c->ny[k] = s.ns.y;
+        c->nz[k] = s.ns.z;
+        c->gx[k] = s.ng.x;
+        c->gy[k] = s.ng.y;
+        c->gz[k] = s.ng.z;
+        c->tr[k] = s.tint.x;
+        c->tg[k] = s.tint.y;
+        c->tb[k] = s.tint.z;
+        c->tu[k] = s.u;
+        c->tv[k] = s.v;
+        c->uv_scale[k] = s.uv_scale;
+        c->material[k] = s.material;
+    }
+}
+
+RTI_LANES_FN static void face(rti_sheaf *c)
+{
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        rtk_vec3 ng = row3(c->gx, c->gy, c->gz, k), ns = row3(c->nx, c->ny, c->nz, k);
+        c->outside[k] = (uint32_t)rtk_face_normals(row3(c->dx, c->dy, c->dz, k), &ng, &ns);
+        c->gx[k] = ng.x;
+        c->gy[k] = ng.y;
+        c->gz[k] = ng.z;
+        c->nx[k] = ns.x;
+        c->ny[k] = ns.y;
+        c->nz[k] = ns.z;
+        c->footprint[k] = c->width[k] + c->spread[k] * c->t[k];
+    }
+}
+
+void RTI_ISA_FN(rti_lanes_surface)(const rti_worker *w, rti_sheaf *c)
+{
+    const rtk_group *g = w->frame->scene->groups;
+    float area[RTK_BLOCK] RTI_ROW;
+    bool textured = c->material_kind >= RTI_LOOK_TEXTURED;
+    no_tints(c);
+    if (c->surface_kind == RTI_SURFACE_MESH || c->surface_kind == RTI_SURFACE_SMOOTH) {
+        mesh(g, c, area);
+        if (c->surface_kind == RTI_SURFACE_SMOOTH) {
+            smooth_normals(g, c);
+            colors(g, c);
+        } else {
+            geometric_normals(c);
+        }
+        if (textured)
+            coordinates(g, c, area);
+    } else if (c->surface_kind == RTI_SURFACE_SPHERE) {
+        spheres(g, c);
+        geometric_normals(c);
+        sphere_tints(g, c);
+        if (textured)
+            sphere_coordinates(g, c);
+    } else if (c->surface_kind == RTI_SURFACE_PLANE) {
+        planes(g, c);
+        geometric_normals(c);
+    } else {
+        memset(c->plain, 0, sizeof c->plain);
+    }
+    if (textured && c->surface_kind != RTI_SURFACE_OTHER)
+        place_coordinates(g, c);
+    tell(w, c);
+    face(c);
+}

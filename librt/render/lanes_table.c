@@ -1,0 +1,7 @@
+/* The lanes of one instruction set. */
+#include "lanes_table.h"
+
+const rti_lanes RTI_ISA_FN(rti_lanes) = {
+    RTI_ISA_FN(rti_lanes_camera), RTI_ISA_FN(rti_lanes_sheaves), RTI_ISA_FN(rti_lanes_whitted),
+    RTI_ISA_FN(rti_lanes_shine),  RTI_ISA_FN(rti_lanes_arrive),  RTI_ISA_FN(rti_lanes_resolve),
+};

@@ -1,0 +1,21 @@
+/* The functions behind an instruction set's rti_lanes. */
+#ifndef RTI_LANES_TABLE_H
+#define RTI_LANES_TABLE_H
+
+#include "../base/isa.h"
+#include "lanes.h"
+
+#define RTI_LANES_DECLARE(isa)                                                                                                   \
+    extern const rti_lanes rti_lanes_##isa;                                                                                      \
+    void rti_lanes_camera_##isa(const rti_frame *frame, const uint32_t *x, const uint32_t *y, uint32_t sample,                   \
+                                rtk_trace_block *trace, rtk_path_block *path, float *px, float *py);                             \
+    void rti_lanes_sheaves_##isa(rti_worker *worker, uint32_t first, uint32_t count, rti_sheaf_fn then);                         \
+    void rti_lanes_whitted_##isa(rti_worker *worker, rti_sheaf *sheaf);                                                          \
+    void rti_lanes_surface_##isa(const rti_worker *worker, rti_sheaf *sheaf);                                                    \
+    void rti_lanes_shine_##isa(rti_worker *worker, uint32_t light);                                                              \
+    void rti_lanes_arrive_##isa(rti_worker *worker);                                                                             \
+    void rti_lanes_resolve_##isa(const uint64_t *sum, float *out, uint32_t pixels, double unit, double samples);
+#define RTI_LANES_DECLARE_EACH(isa, level) RTI_LANES_DECLARE(isa)
+RTI_ISA_EACH(RTI_LANES_DECLARE_EACH)
+
+#endif

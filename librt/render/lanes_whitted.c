@@ -1,0 +1,197 @@
+/* The classic material in lanes, as shade_whitted.c describes it: what the ambient light shows, a point for the lights, the
+ * mirror ray. Refracted rays, which fork, are sent lane after lane. */
+#include "lanes.h"
+#include "lanes_table.h"
+#include "shade.h"
+
+/* Of the sheaf's materials. */
+typedef struct looks {
+    float diffusion[RTK_BLOCK] RTI_ROW, reflectiveness[RTK_BLOCK] RTI_ROW, transparency[RTK_BLOCK] RTI_ROW;
+    float ambient[RTK_BLOCK] RTI_ROW, specular[RTK_BLOCK] RTI_ROW, shininess[RTK_BLOCK] RTI_ROW;
+    bool shown, lit, mirrors, clear; /* some lane has ambient light; is lit; reflects; is transparent */
+} looks;
+
+static void load_looks(const rtk_scene *scene, const rti_sheaf *c, looks *l)
+{
+    const rtk_material *m = &scene->materials[c->material[0]];
+    float ambient = 0.0f, mirror = 0.0f, clear = 0.0f;
+    if (c->one_material) {
+        const float d = m->diffusion, r = m->reflectiveness, t = m->transparency, a = m->ambient, s = m->specular,
+                    e = m->shininess;
+        for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+            l->diffusion[k] = d;
+            l->reflectiveness[k] = r;
+            l->transparency[k] = t;
+            l->ambient[k] = a;
+            l->specular[k] = s;
+            l->shininess[k] = e;
+        }
+        ambient = a;
+        mirror = r;
+        clear = t;
+    } else {
+        for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+            m = &scene->materials[c->material[k]];
+            l->diffusion[k] = m->diffusion;
+            l->reflectiveness[k] = m->reflectiveness;
+            l->transparency[k] = m->transparency;
+            l->ambient[k] = m->ambient;
+            l->specular[k] = m->specular;
+            l->shininess[k] = m->shininess;
+            ambient = rtk_max(ambient, m->ambient);
+            mirror = rtk_max(mirror, m->reflectiveness);
+            clear = rtk_max(clear, m->transparency);
+        }
+    }
+    l->shown = ambient > 0.0f;
+    l->mirrors = mirror > 0.0f;
+    l->clear = clear > 0.0f;
+}
+
+RTI_LANES_FN static void show_ambient(rti_worker *w, const rti_sheaf *c, const looks *l, uint32_t lanes)
+{
+    const rtk_world *world = w->frame->scene->world;
+    const rtk_vec3 light = rtk_v3(world->ambient[0], world->ambient[1], world->ambient[2]);
+    rti_light_lanes e;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        rtk_vec3 tinted = rtk_mul(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), rtk_v3(c->cr[k], c->cg[k], c->cb[k]));
+        rtk_vec3 shown = rtk_mul(rtk_scale(tinted, l->ambient[k]), light);
+        int some = l->ambient[k] > 0.0f;
+        e.r[k] = some ? shown.x : 0.0f;
+        e.g[k] = some ? shown.y : 0.0f;
+        e.b[k] = some ? shown.z : 0.0f;
+    }
+    rti_add_lanes(w, c->home, lanes, &e);
+}
+
+/* Rows of points that may be lit, behind those that are noted; then only those that some light can be seen in. */
+RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const looks *l)
+{
+    const size_t stride = w->lit_stride;
+    float row[RTI_LIT_ROWS][RTK_BLOCK] RTI_ROW;
+    uint32_t lit[RTK_BLOCK] RTI_ROW, dark = 0, at = w->lit_count;
+    memcpy(row[RTI_LIT_PX], c->px, sizeof c->px);
+    memcpy(row[RTI_LIT_PY], c->py, sizeof c->py);
+    memcpy(row[RTI_LIT_PZ], c->pz, sizeof c->pz);
+    memcpy(row[RTI_LIT_ERROR], c->error, sizeof c->error);
+    memcpy(row[RTI_LIT_NX], c->nx, sizeof c->nx);
+    memcpy(row[RTI_LIT_NY], c->ny, sizeof c->ny);
+    memcpy(row[RTI_LIT_NZ], c->nz, sizeof c->nz);
+    memcpy(row[RTI_LIT_GX], c->gx, sizeof c->gx);
+    memcpy(row[RTI_LIT_GY], c->gy, sizeof c->gy);
+    memcpy(row[RTI_LIT_GZ], c->gz, sizeof c->gz);
+    memcpy(row[RTI_LIT_SHININESS], l->shininess, sizeof l->shininess);
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        rtk_vec3 tp = rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), tinted = rtk_mul(tp, rtk_v3(c->cr[k], c->cg[k], c->cb[k]));
+        rtk_vec3 diffuse = rtk_scale(tinted, l->diffusion[k]), specular = rtk_scale(tp, l->specular[k]);
+        row[RTI_LIT_VX][k] = -c->dx[k];
+        row[RTI_LIT_VY][k] = -c->dy[k];
+        row[RTI_LIT_VZ][k] = -c->dz[k];
+        row[RTI_LIT_KR][k] = diffuse.x;
+        row[RTI_LIT_KG][k] = diffuse.y;
+        row[RTI_LIT_KB][k] = diffuse.z;
+        row[RTI_LIT_SR][k] = specular.x;
+        row[RTI_LIT_SG][k] = specular.y;
+        row[RTI_LIT_SB][k] = specular.z;
+        row[RTI_LIT_DIFFUSE_PDF][k] = 0.0f;
+        lit[k] = !((rtk_maxabs(diffuse) == 0.0f) & (rtk_maxabs(specular) == 0.0f));
+    }
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        dark |= !lit[k];
+    if (!dark) { /* what stands behind count is overwritten by the next */
+        for (uint32_t r = 0; r < RTI_LIT_ROWS; r++)
+            memcpy(w->lit + r * stride + at, row[r], sizeof row[r]);
+        memcpy(w->lit_ray + at, c->ray, sizeof c->ray);
+        memcpy(w->lit_home + at, c->home, sizeof c->home);
+        w->lit_count = at + c->count;
+        return;
+    }
+    for (uint32_t k = 0; k < c->count; k++) {
+        if (!lit[k])
+            continue;
+        for (uint32_t r = 0; r < RTI_LIT_ROWS; r++)
+            w->lit[r * stride + at] = row[r][k];
+        w->lit_ray[at] = c->ray[k];
+        w->lit_home[at++] = c->home[k];
+    }
+    w->lit_count = at;
+}
+
+/* Mirror rays of a sheaf in which nothing is transparent. */
+RTI_LANES_FN static void send_mirrors(rti_worker *w, const rti_sheaf *c, const looks *l)
+{
+    float ox[RTK_BLOCK] RTI_ROW, oy[RTK_BLOCK] RTI_ROW, oz[RTK_BLOCK] RTI_ROW;
+    float dx[RTK_BLOCK] RTI_ROW, dy[RTK_BLOCK] RTI_ROW, dz[RTK_BLOCK] RTI_ROW;
+    float tr[RTK_BLOCK] RTI_ROW, tg[RTK_BLOCK] RTI_ROW, tb[RTK_BLOCK] RTI_ROW;
+    uint32_t goes[RTK_BLOCK] RTI_ROW;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        rtk_vec3 d = rtk_v3(c->dx[k], c->dy[k], c->dz[k]), ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
+        rtk_vec3 a = rtk_reflect(d, rtk_v3(c->nx[k], c->ny[k], c->nz[k])), b = rtk_reflect(d, ng), dir, org;
+        rtk_vec3 tp = rtk_scale(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), l->reflectiveness[k]);
+        int above = rtk_dot3(a, ng) > 0.0f;
+        dir = rtk_v3(above ? a.x : b.x, above ? a.y : b.y, above ? a.z : b.z);
+        org = rtk_leave(rtk_v3(c->px[k], c->py[k], c->pz[k]), ng, c->error[k], dir);
+        goes[k] = rtk_maxabs(tp) >= RTI_THROUGHPUT_MIN;
+        ox[k] = org.x;
+        oy[k] = org.y;
+        oz[k] = org.z;
+        dx[k] = dir.x;
+        dy[k] = dir.y;
+        dz[k] = dir.z;
+        tr[k] = tp.x;
+        tg[k] = tp.y;
+        tb[k] = tp.z;
+    }
+    for (uint32_t k = 0; k < c->count; k++) {
+        const rtk_path_block *p = &w->batch.path[c->ray[k] / RTK_BLOCK];
+        uint32_t i = c->ray[k] % RTK_BLOCK;
+        rtk_key parent = {p->key_lo[i], p->key_hi[i]}, key;
+        rti_ray_state s;
+        if (!goes[k])
+            continue;
+        key = rtk_key_child(parent, RTK_KIND_REFLECT);
+        s.tp = rtk_v3(tr[k], tg[k], tb[k]);
+        s.pixel = p->pixel[i];
+        s.sample = p->sample[i];
+        s.depth = c->depth + 1;
+        s.kind = RTK_KIND_REFLECT;
+        s.key_lo = key.lo;
+        s.key_hi = key.hi;
+        s.eta = p->eta[i];
+        s.width = c->footprint[k];
+        s.spread = c->spread[k];
+        s.pdf = -1.0f;
+        s.home = c->home[k];
+        rti_push(w, rtk_v3(ox[k], oy[k], oz[k]), rtk_v3(dx[k], dy[k], dz[k]), RT_MASK_REFLECTION, &s);
+    }
+}
+
+/* Both rays of each lane. */
+static void send_both(rti_worker *w, const rti_sheaf *c)
+{
+    for (uint32_t k = 0; k < c->count; k++) {
+        rti_point p = rti_sheaf_point(w, c, k);
+        rti_send_classic(w, &p);
+    }
+}
+
+void RTI_ISA_FN(rti_lanes_whitted)(rti_worker *w, rti_sheaf *c)
+{
+    looks l;
+    if (c->material_kind == RTI_LOOK_EMISSIVE) {
+        for (uint32_t k = 0; k < c->count; k++)
+            rti_add(w, c->home[k],
+                    rtk_mul(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), rti_emission(&w->frame->scene->materials[c->material[k]])));
+        return;
+    }
+    load_looks(w->frame->scene, c, &l);
+    if (l.shown)
+        show_ambient(w, c, &l, (1u << c->count) - 1);
+    note_lit(w, c, &l);
+    if (c->depth >= w->frame->set.desc.max_depth)
+        return;
+    if (l.clear)
+        send_both(w, c);
+    else if (l.mirrors)
+        send_mirrors(w, c, &l);
+}
