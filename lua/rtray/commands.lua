@@ -1,6 +1,7 @@
 -- The commands: what help shows, what the parser accepts, what the completions offer. `module` has run(command, options, arguments).
 
 local options = require "rtray.options"
+local bench_rays = require "rtray.bench_rays"
 
 local SCENE = { name = "SCENE", type = "scene" }
 
@@ -154,6 +155,16 @@ is left out above 10,000 primitives unless --tracers names it. The script is als
 Times the builders of the trees, then renders of the scene for each structure and worker count, runs interleaved, and prints medians.
 -o FILE.csv writes every run in a row (RFC 4180).]],
     examples = { "rtray bench scenes/paper.lua --workers 1,2 --runs 5 -o bench.csv" },
+  },
+  {
+    name = "bench-rays", spoken = "bench rays", summary = "measure how fast rays are answered, also by Embree; exit status 4 when hits differ",
+    module = "rtray.bench_rays", arguments = { { name = "SCENE", type = "scene", optional = true, many = true } },
+    options = bench_rays.options(), text = bench_rays.text,
+    examples = {
+      "rtray bench rays sponza.ply --tracers kdtree,octree --sets primary,diffuse",
+      "rtray bench rays scenes/paper.lua --size 1920x1080 --threads 1,2 -o rays.csv",
+      "rtray bench rays sponza sphere --against embree", "rtray bench rays --preset embree -o goals.csv",
+    },
   },
   {
     name = "sweep", summary = "render a scene over a grid of parameters and settings; measure it", module = "rtray.sweep", arguments = { SCENE },

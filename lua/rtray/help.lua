@@ -27,11 +27,12 @@ local function wrap(text, width, indent)
 end
 
 local function argument_text(argument)
-  return argument.optional and "[" .. argument.name .. "]" or argument.name
+  local name = argument.name .. (argument.many and "..." or "")
+  return argument.optional and "[" .. name .. "]" or name
 end
 
 function help.usage(command)
-  local parts = { "rtray", command.name }
+  local parts = { "rtray", command.spoken or command.name }
   for _, argument in ipairs(command.arguments) do
     parts[#parts + 1] = argument_text(argument)
   end

@@ -44,5 +44,7 @@ void *rtray_allocate(void *user, void *ptr, size_t old_size, size_t new_size);
 /** Add their functions to the table on the top of the stack. [-0, +0], raises. */
 void rtray_open_guard(lua_State *L);
 void rtray_open_limits(lua_State *L);
+/** Adds the ray benchmark (tests/bench/rays) to the table on the top of the stack. [-0, +0], raises. */
+void rtray_open_bench_rays(lua_State *L);
 
 #endif

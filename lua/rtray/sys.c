@@ -138,5 +138,6 @@ int rtray_open_sys(lua_State *L)
     rtray_open_claim(L);
     rtray_open_guard(L);
     rtray_open_limits(L);
+    rtray_open_bench_rays(L);
     return 1;
 }

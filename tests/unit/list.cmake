@@ -1,6 +1,8 @@
 # One line a unit test, sorted.
 librt_unit_test(acne)
 librt_unit_test(base THREADS)
+librt_unit_test(bench_rays THREADS)
+target_link_libraries(test_bench_rays PRIVATE bench_rays)
 librt_unit_test(camera)
 librt_unit_test(checkpoint THREADS)
 librt_unit_test(draw support/fixture.c)

@@ -7,8 +7,10 @@
 
 static void note(const bench_options *o, const char *what, const char *scene, const char *set)
 {
+    char quoted[200];
     if (!o->quiet)
-        fprintf(stderr, "bench rays: %s%s%s %s\n", scene, set[0] ? " " : "", set, what);
+        fprintf(stderr, "%s: %s%s%s %s\n", bench_speaker, bench_quote(quoted, sizeof quoted, scene), set[0] ? " " : "", set,
+                what);
 }
 
 static int dump(const bench_options *o, const bench_rays *rays)
@@ -115,7 +117,7 @@ int bench_rays_run(const bench_options *o, const bench_front *front)
         status = bench_embree_open(&r.embree);
     for (uint32_t i = 0; i < o->scene_count && status == BENCH_OK; i++)
         status = scene(&r, o->scenes[i]);
-    if (status == BENCH_OK)
+    if (status == BENCH_OK && (o->embree || o->inputs.count > 1))
         bench_table_ratios(stdout, o, r.rows.list, r.rows.count);
     if (status == BENCH_OK && o->output)
         status = write_csv(o, &r.rows);
@@ -182,7 +184,10 @@ static void help(void)
 int bench_rays_main(int argc, char **argv, const bench_front *front)
 {
     bench_options o;
-    int status = bench_options_parse(argc, argv, &o);
+    int status;
+    if (front && front->name)
+        bench_speaker = front->name;
+    status = bench_options_parse(argc, argv, &o);
     if (status == BENCH_OK && o.help)
         help();
     else if (status == BENCH_OK)

@@ -47,11 +47,13 @@ const bench_option bench_option_table[] = {
     {NULL, NULL, NULL},
 };
 
+const char *bench_speaker = "rays";
+
 int bench_fail(int status, const char *format, ...)
 {
     va_list args;
     va_start(args, format);
-    fputs("bench rays: ", stderr);
+    fprintf(stderr, "%s: ", bench_speaker);
     vfprintf(stderr, format, args);
     fputc('\n', stderr);
     va_end(args);

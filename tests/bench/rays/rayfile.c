@@ -62,6 +62,11 @@ static uint64_t fnv(uint64_t hash, const unsigned char *p, size_t size)
 }
 #define FNV_START 0xcbf29ce484222325u
 
+uint64_t bench_rays_hash(const void *data, size_t size)
+{
+    return fnv(FNV_START, data, size);
+}
+
 static bool name_of(const unsigned char *p, size_t size, char *out)
 {
     size_t n = 0;
@@ -102,7 +107,7 @@ static const char *bad_head(const unsigned char *p, size_t size, bench_rays *out
         return "its size is not the one that its count of rays asks for";
     if (!name_of(p + 48, 16, out->set) || !name_of(p + 64, 64, out->scene))
         return "a name is empty, or has other characters than letters, digits, '.', '-', '_'";
-    if (fnv(FNV_START, p + HEAD, size - HEAD) != get(p + 40, 8))
+    if (bench_rays_hash(p + HEAD, size - HEAD) != get(p + 40, 8))
         return "its rays are not those that its hash was made of: the file is damaged";
     out->count = (size_t)count;
     out->any = get(p + 12, 4) == 1;

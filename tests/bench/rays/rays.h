@@ -14,6 +14,7 @@ enum { BENCH_OK = 0, BENCH_FILE = 1, BENCH_USAGE = 2, BENCH_MACHINE = 3, BENCH_N
 
 /* ---- messages (options.c) ---- */
 
+extern const char *bench_speaker; /* what it begins with; set once, by bench_rays_main */
 /* Says one sentence on standard error and returns status. */
 int bench_fail(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* Text of a stranger for a message: control characters are shown, it is cut to fit. */
@@ -81,6 +82,7 @@ typedef struct bench_world {
 
 /* What a front lends: a scene that it made itself, for names that the benchmark does not read. */
 typedef struct bench_front {
+    const char *name; /* what messages begin with, "rtray bench rays" */
     void *user;
     /* BENCH_OK with *scene filled or NULL (the benchmark reads the file itself); else a status, after a sentence. */
     int (*open)(void *user, const char *name, rt_scene **scene);
@@ -126,6 +128,7 @@ int bench_set_make(const bench_source *s, int set, bench_rays *out);
 void bench_rays_free(bench_rays *rays);
 
 /* Ray files; the format is in rayfile.c. Reading checks everything; why receives a sentence. */
+uint64_t bench_rays_hash(const void *data, size_t size); /* of what stands behind a file's first 128 bytes */
 bool bench_rays_parse(const void *data, size_t size, bench_rays *out, char *why, size_t why_size);
 int bench_rays_read(const char *path, bench_rays *out);
 int bench_rays_write(const char *path, const bench_rays *rays);

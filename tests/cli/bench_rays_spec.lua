@@ -1,0 +1,95 @@
+local support = require "support"
+local rtray = support.rtray
+
+local QUICK = { "--size=24x16", "--repeats=1", "--least=0", "--builds=1", "-q" }
+
+local function run(...)
+  local args = { "bench", "rays", ... }
+  table.move(QUICK, 1, #QUICK, #args + 1, args)
+  return rtray(args)
+end
+
+local function rows_of(path)
+  local rows, names = {}, nil
+  for line in support.read(path):gmatch "([^\r\n]*)\r\n" do
+    local cells = {}
+    for cell in (line .. ","):gmatch "([^,]*)," do
+      cells[#cells + 1] = cell
+    end
+    if not names then
+      names = cells
+    else
+      assert.equal(#names, #cells, line)
+      rows[#rows + 1] = {}
+      for i, name in ipairs(names) do
+        rows[#rows][name] = cells[i]
+      end
+    end
+  end
+  return rows
+end
+
+describe("bench rays", function()
+  it("measures a script's scene with every tracer, and no hit differs", function()
+    local folder = support.folder()
+    local csv = folder .. "/x.csv"
+    local r = run(support.small(folder), "-o", csv, "--machine", "here", "--check", "4294967295")
+    assert.equal(0, r.status, r.err)
+    assert.equal("", r.err)
+    for _, word in ipairs { "small primary, 384 rays", "small random", "kdtree", "brute", "Mrays/s" } do
+      assert.truthy(r.out:find(word, 1, true), word)
+    end
+    local sets, checksums = {}, {}
+    for _, row in ipairs(rows_of(csv)) do
+      sets[row.set] = (sets[row.set] or 0) + 1
+      assert.equal("here", row.machine)
+      assert.equal("0", row.differ)
+      assert.equal("0", row.brute_differ)
+      assert.equal(row.rays, row.brute_rays)
+      assert.is_true(tonumber(row.mrays) > 0 and tonumber(row.mrays_low) <= tonumber(row.mrays_high))
+      assert.equal(checksums[row.set] or row.checksum, row.checksum)
+      checksums[row.set] = row.checksum
+    end
+    assert.same({ primary = sets.primary, shadow = sets.primary, diffuse = sets.primary, ao = sets.primary, random = sets.primary }, sets)
+    assert.is_true(sets.primary >= 4)
+  end)
+
+  it("writes ray sets that trace alike when they are read again", function()
+    local folder = support.folder()
+    local scene = support.small(folder)
+    local a, b = folder .. "/a.csv", folder .. "/b.csv"
+    assert.equal(0, run(scene, "--dump", folder, "--sets", "diffuse", "-o", a).status)
+    assert.equal(0, run(scene, "--rays", folder .. "/small-diffuse.rays", "-o", b).status)
+    assert.equal(rows_of(a)[1].checksum, rows_of(b)[1].checksum)
+    local text = support.read(folder .. "/small-diffuse.rays")
+    assert.equal("RTRAYS\r\n", text:sub(1, 8))
+    local path = support.write(folder .. "/bad.rays", text:sub(1, -2) .. string.char(text:byte(-1) ~ 1))
+    local r = run(scene, "--rays", path)
+    assert.equal(1, r.status)
+    assert.truthy(r.err:find("damaged", 1, true), r.err)
+  end)
+
+  it("says what is wrong, and ends by it", function()
+    local folder = support.folder()
+    for _, case in ipairs {
+      { 2, "a scene is missing" },
+      { 2, "there is no tracer \"spoon\"; there are auto, ", support.small(folder), "--tracers", "spoon" },
+      { 2, "--sets 'none'", "x.ply", "--sets", "none" },
+      { 1, "gone.ply cannot be read", folder .. "/gone.ply" },
+      { 1, "bad", support.write(folder .. "/s.lua", "error 'bad'") },
+      { 1, "has no camera called small", support.small(folder), "--camera", support.write(folder .. "/c.json", "{}") },
+    } do
+      local r = run(table.unpack(case, 3))
+      assert.equal(case[1], r.status, r.err)
+      assert.truthy(r.err:find(case[2], 1, true), r.err)
+      assert.truthy(r.err:find("^rtray bench"), r.err)
+    end
+  end)
+
+  it("defines its ray sets in its help", function()
+    local text = rtray({ "bench", "rays", "--help" }).out:gsub("%s+", " ")
+    for _, word in ipairs { "8 x 8 pixels", "splitmix64", "bytes_per_triangle", "--against NAME", "usage: rtray bench rays [SCENE...]" } do
+      assert.truthy(text:find(word, 1, true), word)
+    end
+  end)
+end)
