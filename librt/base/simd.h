@@ -1,0 +1,34 @@
+/* Vectors for hot files (isa.h): rti_f4, and where the processor has them rti_f8 and rti_f16; RTI_SIMD is the widest.
+ *
+ * They are the compiler's own vector types: + - * / and unary minus stand for themselves, are correctly rounded and are never
+ * contracted. The rest, for N = 4, 8, 16 and masks rti_mN (whose form differs: only these functions may look inside):
+ *   rti_fN_set(x)  _load(p)  _store(p, a)             any alignment
+ *   rti_fN_min(a, b)  _max(a, b)                      a < b ? a : b and a > b ? a : b, so b when one is NaN, as rtk_min, rtk_max
+ *   rti_fN_abs(a)
+ *   rti_fN_lt(a, b)  _le(a, b)  _eq(a, b)             masks; false where one is NaN
+ *   rti_fN_select(m, a, b)                            m ? a : b
+ *   rti_mN_and(a, b)  _or(a, b)  _andnot(a, b)        a and not b
+ *   rti_mN_bits(m)  _of(bits)                         lane i is bit i
+ */
+#ifndef RTI_SIMD_H
+#define RTI_SIMD_H
+
+#include <string.h>
+
+#include "isa.h"
+
+#define RTI_VEC __attribute__((always_inline, unused)) static inline
+
+#if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__)
+#include "simd/avx512.h"
+#elif defined(__AVX2__)
+#include "simd/avx2.h"
+#elif defined(__SSE4_2__)
+#include "simd/sse42.h"
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+#include "simd/neon.h"
+#else
+#include "simd/generic.h"
+#endif
+
+#endif

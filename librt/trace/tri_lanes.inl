@@ -1,0 +1,69 @@
+/* The leaf test of triangle.h in RTI_N lanes: the same operations in the same order, so the same bits. Included by tri_lanes.h.
+ *
+ * A lane is one pair of a ray and a triangle: one ray and many triangles, or many rays (of one order of axes) and one.
+ */
+#define F(op)  LANES_JOIN(rti_f, RTI_N, op)
+#define M(op)  LANES_JOIN(rti_m, RTI_N, op)
+#define VEC    LANES_TYPE(rti_f, RTI_N)
+#define MASK   LANES_TYPE(rti_m, RTI_N)
+#define RAY    LANES_TYPE(rti_tri_ray, RTI_N)
+#define RESULT LANES_TYPE(rti_tri_hit, RTI_N)
+#define TEST   LANES_TYPE(rti_tri, RTI_N)
+
+/* Of the prepared ray: korg, shear, and what the second half needs. */
+typedef struct RAY {
+    VEC ox, oy, oz, sx, sy, kdz, tmin, tmax, tshift, scale;
+} RAY;
+
+/* hit: lanes that the test accepts, with what it gives; doubt: lanes that must be asked one by one (rtk_tri_intersect). */
+typedef struct RESULT {
+    uint32_t hit, doubt;
+    VEC t, u, v;
+} RESULT;
+
+/* a[0] x, a[1] y, a[2] z of vertex 0 in the ray's order of axes, likewise b, c; lanes: those that count. Returns hit | doubt. */
+RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes, RESULT *out)
+{
+    const VEC zero = F(set)(0.0f);
+    VEC az = a[2] - r->oz, bz = b[2] - r->oz, cz = c[2] - r->oz;
+    VEC ax = (a[0] - r->ox) - r->sx * az, ay = (a[1] - r->oy) - r->sy * az;
+    VEC bx = (b[0] - r->ox) - r->sx * bz, by = (b[1] - r->oy) - r->sy * bz;
+    VEC cx = (c[0] - r->ox) - r->sx * cz, cy = (c[1] - r->oy) - r->sy * cz;
+    VEC uu = cx * by - cy * bx, vv = ax * cy - ay * cx, ww = bx * ay - by * ax;
+    VEC lo = F(min)(F(min)(uu, vv), ww), hi = F(max)(F(max)(uu, vv), ww);
+    uint32_t keep = lanes & ~M(bits)(M(and)(F(lt)(lo, zero), F(lt)(zero, hi)));
+    if (__builtin_expect(keep == 0u, 1))
+        return 0u;
+    VEC det = uu + vv + ww;
+    keep &= M(bits)(F(lt)(F(abs)(det), F(set)(RTK_INF)));
+    VEC inv = F(set)(1.0f) / det, db = bz - az, dc = cz - az;
+    VEC wb = vv * inv, wc = ww * inv, z = az + (wb * db + wc * dc);
+    VEC mx = F(max)(F(max)(F(abs)(ax), F(abs)(bx)), F(abs)(cx));
+    VEC my = F(max)(F(max)(F(abs)(ay), F(abs)(by)), F(abs)(cy));
+    VEC d = F(max)(F(abs)(db), F(abs)(dc)), q = mx * my * F(abs)(inv);
+    VEC e = wb * F(abs)(db) + wc * F(abs)(dc);
+    e = F(set)(10.0f) * e + (F(set)(7.0f) * e + F(set)(4.0f) * d) * q;
+    MASK good = F(le)(e, F(min)(F(set)(32.0f) * r->scale, F(set)(64.0f) * F(abs)(z)));
+    good = M(and)(good, F(le)((mx + my) * (F(set)(10.0f) * q + F(set)(12.0f)), F(set)(128.0f) * r->scale));
+    MASK edge = M(or)(M(or)(F(eq)(uu, zero), F(eq)(vv, zero)), F(eq)(ww, zero));
+    uint32_t sure = keep & M(bits)(M(andnot)(good, edge)), doubt = keep & ~sure;
+    VEC th = r->tshift + z / r->kdz;
+    if (doubt) {
+        e = F(set)(1.2e-7f) * e / F(abs)(r->kdz);
+        doubt &= ~M(bits)(M(or)(F(lt)(th + e, r->tmin), F(lt)(r->tmax, th - e)));
+    }
+    out->hit = sure & M(bits)(M(and)(F(lt)(r->tmin, th), F(lt)(th, r->tmax)));
+    out->doubt = doubt;
+    out->t = th;
+    out->u = F(min)(wb, F(set)(1.0f));
+    out->v = F(min)(wc, F(set)(1.0f));
+    return out->hit | doubt;
+}
+
+#undef F
+#undef M
+#undef VEC
+#undef MASK
+#undef RAY
+#undef RESULT
+#undef TEST

@@ -1,0 +1,145 @@
+/* The leaf test in vectors against the leaf test, bit for bit, at every instruction set that runs here: what a vector accepts or
+ * refuses, the scalar function accepts or refuses; lanes in doubt are few enough to be worth it. LIBRT_PAIRS: how many pairs (a
+ * million each width). */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "kernel_random.h"
+#include "tri_lanes_probe.h"
+
+static rtk_vec3 point(rng *g, float size)
+{
+    return rtk_v3(size * (2.0f * rng_unit(g) - 1.0f), size * (2.0f * rng_unit(g) - 1.0f), size * (2.0f * rng_unit(g) - 1.0f));
+}
+
+static void set(float v[3], rtk_vec3 p)
+{
+    v[0] = p.x;
+    v[1] = p.y;
+    v[2] = p.z;
+}
+
+/* A weighted point of the triangle; kind picks corners, edges, the inside, or near misses. */
+static rtk_vec3 target(rng *g, const rtk_tri *t, int kind)
+{
+    float a = rng_unit(g), b = rng_unit(g) * (1.0f - a);
+    if (kind == 1)
+        a = b = 0.0f;
+    else if (kind == 2)
+        b = 0.0f;
+    else if (kind == 3)
+        a = 1.0f + 1e-6f * (rng_unit(g) - 0.5f);
+    rtk_vec3 p;
+    p.x = t->v0[0] + a * (t->v1[0] - t->v0[0]) + b * (t->v2[0] - t->v0[0]);
+    p.y = t->v0[1] + a * (t->v1[1] - t->v0[1]) + b * (t->v2[1] - t->v0[1]);
+    p.z = t->v0[2] + a * (t->v1[2] - t->v0[2]) + b * (t->v2[2] - t->v0[2]);
+    return p;
+}
+
+/* A pair; false: the ray misses the bounds, and there is nothing to ask. */
+static int make(rng *g, rtk_pray *r, rtk_tri *t)
+{
+    int shape = (int)(rng_unit(g) * 6.0f), aim = (int)(rng_unit(g) * 5.0f), start = (int)(rng_unit(g) * 6.0f);
+    float size = shape == 0 ? 1e-3f : 1.0f;
+    rtk_vec3 a = point(g, 1.0f), b = point(g, size), c = point(g, size), lo = rtk_v3(-1.01f, -1.01f, -1.01f),
+             hi = rtk_v3(1.01f, 1.01f, 1.01f);
+    rtk_ray ray;
+    if (shape == 0) { /* small */
+        b = rtk_add(a, b);
+        c = rtk_add(a, c);
+    } else if (shape == 1) { /* sliver */
+        c = rtk_madd(a, rng_unit(g), rtk_sub(b, a));
+        c.x += 1e-6f * (rng_unit(g) - 0.5f);
+    } else if (shape == 2) { /* in a plane of the axes, corners on a lattice */
+        a = rtk_v3(-0.5f, 0.25f, -0.5f);
+        b = rtk_v3(0.5f, 0.25f, -0.5f);
+        c = rtk_v3(-0.5f, 0.25f, 0.5f);
+    } else if (shape == 3 && rng_unit(g) < 0.1f) { /* a point */
+        b = c = a;
+    }
+    memset(t, 0, sizeof *t);
+    set(t->v0, a);
+    set(t->v1, b);
+    set(t->v2, c);
+    ray.org = point(g, start == 0 ? 100.0f : 1.0f);
+    if (start == 1) /* on the triangle, as rays that were spawned there */
+        ray.org = target(g, t, 0);
+    if (start == 2 && shape == 2)
+        ray.org = rtk_v3(0.5f * (float)(int)(3.0f * rng_unit(g)) - 0.5f, 1.0f, 0.5f * (float)(int)(3.0f * rng_unit(g)) - 0.5f);
+    ray.dir = rtk_sub(target(g, t, aim), ray.org);
+    if (start == 1 || aim == 4)
+        ray.dir = point(g, 1.0f);
+    if (start == 2 && shape == 2)
+        ray.dir = rtk_v3(0.0f, -1.0f, 0.0f);
+    ray.tmin = rng_unit(g) < 0.8f ? 0.0f : rng_unit(g);
+    ray.tmax = rng_unit(g) < 0.5f ? RTK_INF : 2.0f * rng_unit(g);
+    ray.mask = 1u;
+    return rtk_ray_valid(ray) && rtk_ray_prepare(ray, lo, hi, 1.01f, r);
+}
+
+typedef struct tally {
+    uint64_t hits, doubts;
+} tally;
+
+static void compare(const rtk_pray *rays, const rtk_tri *tris, const probe_answer *got, uint32_t n, tally *sum, const char *isa)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        float t = 0, u = 0, v = 0;
+        int hit = rtk_tri_intersect(&rays[i], &tris[i], &t, &u, &v);
+        sum->hits += (uint64_t)hit;
+        sum->doubts += (uint64_t)got[i].doubt;
+        if (got[i].doubt)
+            assert_false(got[i].hit);
+        else if (got[i].hit != hit || (hit && (rtk_bits(got[i].t) != rtk_bits(t) || rtk_bits(got[i].u) != rtk_bits(u) ||
+                                               rtk_bits(got[i].v) != rtk_bits(v))))
+            fail_msg("%s, %u lanes: org %a %a %a dir %a %a %a: scalar %d t %a u %a v %a, here %d t %a u %a v %a", isa, n,
+                     rays[i].org.x, rays[i].org.y, rays[i].org.z, rays[i].dir.x, rays[i].dir.y, rays[i].dir.z, hit, t, u, v,
+                     got[i].hit, got[i].t, got[i].u, got[i].v);
+    }
+}
+
+typedef void (*probe_fn)(uint32_t width, const rtk_pray *rays, const rtk_tri *tris, probe_answer *out);
+
+static void level(const char *isa, uint32_t width, probe_fn probe)
+{
+    const char *asked = getenv("LIBRT_PAIRS");
+    uint64_t pairs = asked ? strtoull(asked, NULL, 10) : 1000000u;
+    rng g = {42 + width};
+    tally sum = {0, 0};
+    rtk_pray rays[16];
+    rtk_tri tris[16];
+    probe_answer got[16];
+    for (uint64_t done = 0; done < pairs; done += width) {
+        for (uint32_t i = 0; i < width; i++)
+            while (!make(&g, &rays[i], &tris[i]))
+                ;
+        probe(width, rays, tris, got);
+        compare(rays, tris, got, width, &sum, isa);
+    }
+    assert_true(sum.hits * 20 > pairs);    /* the test tests something */
+    assert_true(sum.doubts * 2 < pairs);   /* adversarial pairs: a quarter */
+    assert_true(sum.doubts * 100 > pairs); /* and the path of doubt is walked */
+}
+
+static void test_levels(void **state)
+{
+    (void)state;
+#define LEVEL(name, isa)                                                                                                         \
+    for (uint32_t width = 4; width <= 16 && rti_isa_runs(isa); width *= 2)                                                       \
+        if (probe_width_##name(width) == width)                                                                                  \
+            level(#name, width, probe_triangles_##name);
+    RTI_ISA_EACH(LEVEL)
+#undef LEVEL
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_levels)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

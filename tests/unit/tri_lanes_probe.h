@@ -1,0 +1,20 @@
+/* Pairs of a ray and a triangle, asked by a vector leaf test of one instruction set. */
+#ifndef TRI_LANES_PROBE_H
+#define TRI_LANES_PROBE_H
+
+#include "base/isa.h"
+#include "kernel/triangle.h"
+
+typedef struct probe_answer {
+    int hit, doubt;
+    float t, u, v;
+} probe_answer;
+
+/* The widest of 4, 8, 16 up to at_most; the answers of as many pairs. */
+#define PROBE(name, level)                                                                                                       \
+    uint32_t probe_width_##name(uint32_t at_most);                                                                               \
+    void probe_triangles_##name(uint32_t width, const rtk_pray *rays, const rtk_tri *tris, probe_answer *out);
+RTI_ISA_EACH(PROBE)
+#undef PROBE
+
+#endif
