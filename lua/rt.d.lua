@@ -57,14 +57,14 @@ function rt.render(scene, options) end
 ---@field ao_distance? number ambient occlusion: reach; 0: a tenth of the scene
 ---@field filter? "box"|"gaussian"
 ---@field filter_width? number in pixels; 0: the filter's own
----@field tracer? string "auto", "kdtree", "octree", "brute"; no effect on the picture
+---@field tracer? string "auto", "kdtree", "octree", "bvh", "brute"; no effect on the picture
 ---@field workers? integer threads; 0: all CPUs
 ---@field tile? integer edge in pixels
 ---@field schedule? "dynamic"|"static"
 ---@field memory_limit? integer bytes a render may take; 0: what is free
 ---@field crop? { x: integer, y: integer, width: integer, height: integer } part that is rendered
----@field accel? string trees to build: "auto", "kdtree", "octree", "brute", or several with commas
----@field builder? "auto"|"exact"|"binned"|"paper" builder of the kd-tree
+---@field accel? string trees to build: "auto", "kdtree", "octree", "bvh", "brute", or several with commas
+---@field builder? "auto"|"exact"|"binned"|"paper"|"compact" of the kd-tree: exact, binned, paper; of the BVH: compact (no copies of vertices: half the memory)
 ---@field tree_depth? integer 0: the builder's own
 ---@field leaf_size? integer 0: the builder's own
 ---@field cost_traverse? number 0: the builder's own

@@ -5,17 +5,23 @@
 #include "../base/base.h"
 #include "../kernel/snapshot.h"
 
-enum { RTI_BUILD_KD_EXACT = 0, RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE };
+enum { RTI_BUILD_KD_EXACT = 0, RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE, RTI_BUILD_BVH, RTI_BUILD_BVH_COMPACT };
+
+/* Of the BVH builders: binned heuristic, with copies of the vertices in the leaves or without. */
+static inline bool rti_builds_bvh(uint32_t builder)
+{
+    return builder >= RTI_BUILD_BVH && builder <= RTI_BUILD_BVH_COMPACT;
+}
 
 typedef struct rti_build_settings {
     uint32_t builder;   /* RTI_BUILD_* */
-    uint32_t max_depth; /* 0: 8 + 1.3 log2(n) for kd (at most 64), 16 for the octree; at most 96 */
-    uint32_t leaf_size; /* octree: split above it; kd: cost decides, this only stops at <= it. 0: default */
+    uint32_t max_depth; /* 0: 8 + 1.3 log2(n) for kd (at most 64), 16 for the octree, 48 for the BVH; at most 96 */
+    uint32_t leaf_size; /* octree: split above it; kd: cost decides, this only stops at <= it; BVH: no leaf has more. 0: default */
     float cost_traverse, cost_intersect, empty_bonus; /* <= 0 / NaN: defaults */
     float duplication; /* refs may grow to this times the primitives; 0: default. A subtree over its share becomes a leaf */
 } rti_build_settings;
 
-/* Settings with a name, for people: "default", "fast", "paper", "octree". */
+/* Settings with a name, for people: "default", "fast", "paper", "octree", "bvh", ... */
 typedef struct rti_build_preset {
     const char *name, *help;
     rti_build_settings settings;
@@ -48,6 +54,8 @@ uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_set
 /* Checks a TREE chunk that came from outside: offsets, child and reference indices, leaf bounds, depth <= 96, no cycle.
  * prim_limit: references must be below. */
 bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit);
+/* Of a valid chunk: its blocks, if it has any, hold the vertices of the triangles that their references name. tris as in references. */
+bool rti_tree_blocks_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_count);
 
 /* View of a chunk (offsets resolved). */
 rtk_tree rti_tree_view(const void *chunk);
@@ -64,6 +72,7 @@ float rti_tree_sah(const rtk_tree_header *tree);
 typedef struct rti_tree_spot {
     float lo[3], hi[3]; /* its cell */
     uint32_t node, depth;
+    uint32_t leaf; /* BVH: references of a slot that is a leaf (there is no node for it) */
 } rti_tree_spot;
 
 /* A kind of tree is one row of the table in tree.c: what RT_API calls its trees, and how a node opens. open writes the children

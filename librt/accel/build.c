@@ -1,6 +1,7 @@
 /* Building a tree: settings, growing output, and the parts put together as a chunk. */
 #include <string.h>
 
+#include "../kernel/bvh.h"
 #include "build.h"
 #include "librt/base.h"
 
@@ -13,6 +14,8 @@ static const rti_build_preset presets[] = {
      "exact kd-tree of up to 96 levels, for comparison with published tables",
      {.builder = RTI_BUILD_KD_EXACT, .max_depth = 96, .duplication = 64.0f}},
     {"octree", "octree of small leaves", {.builder = RTI_BUILD_OCTREE}},
+    {"bvh", "eight-wide BVH by binned heuristic", {.builder = RTI_BUILD_BVH}},
+    {"bvh compact", "eight-wide BVH without copies of the vertices: half the memory", {.builder = RTI_BUILD_BVH_COMPACT}},
 };
 
 uint32_t rti_build_preset_count(void)
@@ -46,17 +49,30 @@ static uint32_t kd_depth(uint32_t prim_count)
     return rtk_umin(8 + (13 * log2 + 9) / 10, 64);
 }
 
+/* Depth and leaves by default; depth at most. */
+static void settle_sizes(rti_build *b, const rti_build_settings *s)
+{
+    uint32_t depth = kd_depth(b->prim_count), most = RTK_KD_DEPTH, leaf = s->builder == RTI_BUILD_KD_BINNED ? 4 : 2;
+    if (s->builder == RTI_BUILD_OCTREE) {
+        depth = 16;
+        most = RTK_OCT_DEPTH;
+        leaf = 8;
+    } else if (rti_builds_bvh(s->builder)) {
+        depth = most = RTK_BVH_DEPTH;
+        leaf = b->in->tri_count > 0 ? 16 : 4;
+    }
+    b->max_depth = rtk_umin(s->max_depth ? s->max_depth : depth, most);
+    b->leaf_size = s->leaf_size ? s->leaf_size : leaf;
+}
+
 void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_build_settings *settings, rti_cancel *cancel)
 {
     rti_build_settings none = {0};
     const rti_build_settings *s = settings ? settings : &none;
-    bool octree = s->builder == RTI_BUILD_OCTREE;
     b->in = input;
     b->builder = s->builder;
     b->prim_count = input->tri_count + input->box_count;
-    b->max_depth = s->max_depth ? s->max_depth : (octree ? 16 : kd_depth(b->prim_count));
-    b->max_depth = rtk_umin(b->max_depth, octree ? RTK_OCT_DEPTH : RTK_KD_DEPTH);
-    b->leaf_size = s->leaf_size ? s->leaf_size : (octree ? 8 : (s->builder == RTI_BUILD_KD_BINNED ? 4 : 2));
+    settle_sizes(b, s);
     b->cost_traverse = settled(s->cost_traverse, 1.0f);
     b->cost_intersect = settled(s->cost_intersect, 1.0f);
     b->empty_bonus = rtk_min(settled(s->empty_bonus, 0.2f), 0.95f);
@@ -198,6 +214,8 @@ rt_status rti_tree_build(rt_context *ctx, const rti_build_input *input, const rt
         status = RT_ERROR_CANCELLED;
     else if (b.builder == RTI_BUILD_OCTREE)
         status = rti_octree_build(ctx, &b, start, chunk, size);
+    else if (rti_builds_bvh(b.builder))
+        status = rti_bvh_build(ctx, &b, start, chunk, size);
     else
         status = rti_kd_build(ctx, &b, start, chunk, size);
     if (status == RT_ERROR_MEMORY)
@@ -214,5 +232,7 @@ uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_set
     uint64_t n = (uint64_t)input->tri_count + input->box_count;
     rti_build b;
     rti_build_settle(&b, input, settings, NULL);
+    if (rti_builds_bvh(b.builder))
+        return 16384 + n * 260;
     return 16384 + n * (b.duplication > 16.0f || b.leaf_size < (b.builder == RTI_BUILD_OCTREE ? 8 : 2) ? 520 : 330);
 }

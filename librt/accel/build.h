@@ -115,5 +115,6 @@ rt_status rti_top_build(rt_context *ctx, const rti_build *b, const rti_method *m
 
 rt_status rti_kd_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
 rt_status rti_octree_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
+rt_status rti_bvh_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
 
 #endif

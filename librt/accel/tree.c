@@ -1,6 +1,7 @@
 /* Finished trees: views, statistics, and the check of trees that come from outside. */
 #include <string.h>
 
+#include "../kernel/bvh.h"
 #include "build.h"
 
 rtk_tree rti_tree_view(const void *chunk)
@@ -79,9 +80,33 @@ static uint32_t open_octree(const rtk_tree *tree, const rti_tree_spot *spot, rti
     return 8;
 }
 
+static uint32_t open_bvh(const rtk_tree *tree, const rti_tree_spot *spot, rti_tree_spot *children, uint32_t *refs)
+{
+    const rtk_bvhnode *n = &tree->bvh[spot->node];
+    rti_tree_spot from = *spot;
+    uint32_t count = 0;
+    if (from.leaf > 0) {
+        *refs = from.leaf;
+        return 0;
+    }
+    for (uint32_t i = 0; i < RTK_BVH_WIDTH; i++) {
+        if (n->child[i] == 0 && n->count[i] == 0)
+            continue;
+        for (uint32_t a = 0; a < 3; a++) {
+            children[count].lo[a] = n->box[a][0][i];
+            children[count].hi[a] = n->box[a][1][i];
+        }
+        children[count].node = n->child[i];
+        children[count].leaf = n->count[i];
+        children[count++].depth = from.depth + 1;
+    }
+    return count;
+}
+
 static const rti_tree_kind kinds[] = {
     {"kdtree", RTK_TREE_KD, open_kd},
     {"octree", RTK_TREE_OCTREE, open_octree},
+    {"bvh", RTK_TREE_BVH, open_bvh},
 };
 
 const rti_tree_kind *rti_tree_kind_of(uint32_t kind)
@@ -95,7 +120,7 @@ const rti_tree_kind *rti_tree_kind_of(uint32_t kind)
 
 rti_tree_spot rti_tree_root(const rtk_tree *tree)
 {
-    return (rti_tree_spot){{tree->lo.x, tree->lo.y, tree->lo.z}, {tree->hi.x, tree->hi.y, tree->hi.z}, 0, 0};
+    return (rti_tree_spot){{tree->lo.x, tree->lo.y, tree->lo.z}, {tree->hi.x, tree->hi.y, tree->hi.z}, 0, 0, 0};
 }
 
 static measured measure_tree(const rtk_tree_header *h)
@@ -188,18 +213,90 @@ static bool walk_valid(const rtk_tree_header *h)
     return true;
 }
 
+/* A slot that no ray can enter: anything else with child and count 0 would be walked as the root. */
+static bool slot_empty(const rtk_bvhnode *n, uint32_t slot)
+{
+    for (int a = 0; a < 3; a++)
+        if (n->box[a][0][slot] != RTK_INF || n->box[a][1][slot] != -RTK_INF)
+            return false;
+    return true;
+}
+
+static bool slot_valid(const rtk_tree_header *h, const rtk_bvhnode *n, uint32_t node, uint32_t slot)
+{
+    uint32_t child = n->child[slot], count = n->count[slot], blocked = h->block_count * RTK_BVH_BLOCK;
+    if (child == 0 && count == 0)
+        return slot_empty(n, slot);
+    for (int a = 0; a < 3; a++)
+        if (!rtk_finite(n->box[a][0][slot]) || !rtk_finite(n->box[a][1][slot]) || n->box[a][0][slot] > n->box[a][1][slot])
+            return false;
+    if (count == 0)
+        return child > node && child < h->node_count;
+    if (child >= blocked)
+        return count <= h->ref_count && child <= h->ref_count - count;
+    return child % RTK_BVH_BLOCK == 0 && count <= blocked - child; /* blocked is a multiple, too: so is what the leaf fills */
+}
+
+static bool bvh_valid(const rtk_tree_header *h)
+{
+    rtk_tree t = rti_tree_view(h);
+    uint32_t stack[RTI_TREE_WALK], depths[RTI_TREE_WALK], count = 1;
+    uint64_t met = 0;
+    stack[0] = depths[0] = 0;
+    while (count > 0) {
+        uint32_t node = stack[--count], depth = depths[count];
+        if (++met > h->node_count || depth >= RTK_BVH_DEPTH)
+            return false;
+        for (uint32_t i = 0; i < RTK_BVH_WIDTH; i++) {
+            const rtk_bvhnode *n = &t.bvh[node];
+            if (!slot_valid(h, n, node, i))
+                return false;
+            if (n->count[i] == 0 && n->child[i] > 0) {
+                stack[count] = n->child[i];
+                depths[count++] = depth + 1;
+            }
+        }
+    }
+    return true;
+}
+
+static bool arrays_valid(const rtk_tree_header *h, size_t size)
+{
+    static const uint64_t node_size[] = {0, sizeof(rtk_kdnode), sizeof(rtk_octnode), sizeof(rtk_bvhnode)};
+    if (h->node_count == 0 || h->node_count > RTI_NODE_MAX || !inside(h->off_nodes, h->node_count, node_size[h->kind], size) ||
+        !inside(h->off_refs, h->ref_count, sizeof(rtk_u32), size) || h->filler_count > h->ref_count)
+        return false;
+    if (h->kind != RTK_TREE_BVH || h->block_count == 0)
+        return h->block_count == 0 && h->off_blocks == 0;
+    return h->block_count <= h->ref_count / RTK_BVH_BLOCK && inside(h->off_blocks, h->block_count, sizeof(rtk_bvhblock), size);
+}
+
 bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit)
 {
     const rtk_tree_header *h = chunk;
-    if (size < sizeof *h || (h->kind != RTK_TREE_KD && h->kind != RTK_TREE_OCTREE))
-        return false;
-    uint64_t node_size = h->kind == RTK_TREE_KD ? sizeof(rtk_kdnode) : sizeof(rtk_octnode);
-    if (h->node_count == 0 || h->node_count > RTI_NODE_MAX || !inside(h->off_nodes, h->node_count, node_size, size) ||
-        !inside(h->off_refs, h->ref_count, sizeof(rtk_u32), size))
+    if (size < sizeof *h || !rti_tree_kind_of(h->kind) || !arrays_valid(h, size))
         return false;
     const rtk_u32 *refs = rti_tree_view(chunk).refs;
     for (uint32_t i = 0; i < h->ref_count; i++)
         if (refs[i] >= prim_limit)
             return false;
-    return walk_valid(h);
+    return h->kind == RTK_TREE_BVH ? bvh_valid(h) : walk_valid(h);
+}
+
+bool rti_tree_blocks_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_count)
+{
+    rtk_tree t = rti_tree_view(chunk);
+    for (uint32_t i = 0; i < t.block_count * RTK_BVH_BLOCK; i++) {
+        const rtk_bvhblock *b = &t.blocks[i / RTK_BVH_BLOCK];
+        uint32_t lane = i % RTK_BVH_BLOCK;
+        if (t.refs[i] >= tri_count)
+            return false;
+        for (int a = 0; a < 3; a++) {
+            const rtk_tri *tri = &tris[t.refs[i]];
+            if (memcmp(&b->v0[a][lane], &tri->v0[a], 4) != 0 || memcmp(&b->v1[a][lane], &tri->v1[a], 4) != 0 ||
+                memcmp(&b->v2[a][lane], &tri->v2[a], 4) != 0)
+                return false;
+        }
+    }
+    return true;
 }

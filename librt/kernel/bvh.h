@@ -15,8 +15,9 @@
 #include "snapshot.h"
 
 #define RTK_BVH_DEPTH 48u /* trees are no deeper (checked where they come in) */
-#define RTK_BVH_STACK ((RTK_BVH_WIDTH - 1u) * RTK_BVH_DEPTH + 1u + RTK_BVH_WIDTH) /* a level leaves at most seven slots waiting  \
-                                                                                   */
+#define RTK_BVH_STACK                                                                                                            \
+    ((RTK_BVH_WIDTH - 1u) * RTK_BVH_DEPTH + 1u + RTK_BVH_WIDTH) /* a level leaves at most seven slots waiting                    \
+                                                                 */
 
 /* The slots of a node that a ray enters, with where; order is that of slots. Returns how many. back: 1 for each axis the ray runs
  * down. */

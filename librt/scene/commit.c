@@ -23,17 +23,19 @@ rt_commit_desc rt_commit_desc_default(void)
 static rt_status unknown_word(rt_context *ctx, const char *field, const char *word, size_t length, const char *const *names,
                               size_t count)
 {
-    char text[96], copy[64];
+    char text[96], copy[64], words[128];
     const char *near;
+    size_t used = 0;
     snprintf(copy, sizeof copy, "%.*s", (int)(length < 60 ? length : 60), word);
     near = rti_nearest(copy, names, count);
     rti_quote(text, sizeof text, word, length);
     if (near)
         return rti_fail(ctx, RT_ERROR_ARGUMENT, "rt_scene_commit: %s has the word \"%s\"; did you mean \"%s\"?", field, text,
                         near);
-    return rti_fail(ctx, RT_ERROR_ARGUMENT,
-                    "rt_scene_commit: %s has the word \"%s\"; the words are \"%s\", \"%s\", \"%s\" and \"%s\"", field, text,
-                    names[0], names[1], names[2], names[3]);
+    for (size_t i = 0; i < count && used < sizeof words; i++)
+        used += (size_t)snprintf(words + used, sizeof words - used, "%s\"%s\"", i == 0 ? "" : (i + 1 == count ? " and " : ", "),
+                                 names[i]);
+    return rti_fail(ctx, RT_ERROR_ARGUMENT, "rt_scene_commit: %s has the word \"%s\"; the words are %s", field, text, words);
 }
 
 static size_t find_word(const char *word, size_t length, const char *const *names, size_t count)
@@ -46,8 +48,8 @@ static size_t find_word(const char *word, size_t length, const char *const *name
 
 static rt_status parse_accel(rt_context *ctx, const char *text, uint32_t *kinds)
 {
-    static const char *const names[] = {"auto", "kdtree", "octree", "brute"};
-    static const uint32_t bits[] = {1u << RTK_TREE_KD, 1u << RTK_TREE_KD, 1u << RTK_TREE_OCTREE, 0};
+    static const char *const names[] = {"auto", "kdtree", "octree", "bvh", "brute"};
+    static const uint32_t bits[] = {1u << RTK_TREE_KD, 1u << RTK_TREE_KD, 1u << RTK_TREE_OCTREE, 1u << RTK_TREE_BVH, 0};
     *kinds = 0;
     for (;;) {
         size_t length = strcspn(text, ","), i = find_word(text, length, names, RTI_COUNT(names));
@@ -62,12 +64,14 @@ static rt_status parse_accel(rt_context *ctx, const char *text, uint32_t *kinds)
 
 static rt_status parse_builder(rt_context *ctx, const char *text, rti_build_settings *settings, bool *automatic)
 {
-    static const char *const names[] = {"auto", "exact", "binned", "paper"};
+    static const char *const names[] = {"auto", "exact", "binned", "paper", "compact"};
+    static const uint32_t builders[] = {RTI_BUILD_KD_EXACT, RTI_BUILD_KD_EXACT, RTI_BUILD_KD_BINNED, RTI_BUILD_KD_EXACT,
+                                        RTI_BUILD_BVH_COMPACT};
     size_t i = find_word(text, strlen(text), names, RTI_COUNT(names));
     if (i == RTI_COUNT(names))
         return unknown_word(ctx, "builder", text, strlen(text), names, RTI_COUNT(names));
     *automatic = i == 0;
-    settings->builder = i == 2 ? RTI_BUILD_KD_BINNED : RTI_BUILD_KD_EXACT;
+    settings->builder = builders[i];
     if (i == 3) {
         const rti_build_preset *paper = rti_build_preset_find("paper");
         if (paper)
@@ -151,6 +155,8 @@ static const rti_tracer *choose_tracer(const rt_scene *scene)
         return rti_tracer_find(isa, scene->tracer);
     if (scene->tree_kinds & (1u << RTK_TREE_KD))
         return rti_tracer_find(isa, "kdtree");
+    if (scene->tree_kinds & (1u << RTK_TREE_BVH))
+        return rti_tracer_find(isa, "bvh");
     return rti_tracer_find(isa, scene->tree_kinds & (1u << RTK_TREE_OCTREE) ? "octree" : "brute");
 }
 

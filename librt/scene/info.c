@@ -186,7 +186,7 @@ static rt_tree_info describe(const rti_chunk *chunk)
     memset(&info, 0, sizeof info);
     info.name = rti_tree_kind_of(head->kind)->name;
     info.primitives = head->prim_count;
-    info.references = head->ref_count;
+    info.references = head->ref_count - head->filler_count;
     info.nodes = head->node_count;
     info.leaves = head->leaf_count;
     info.empty_leaves = head->empty_leaf_count;

@@ -158,7 +158,7 @@ static const char *check(const rti_snapshot *s)
 rt_status rti_blob_decode(rt_context *ctx, const char *name, const void *bytes, size_t size, bool check_hashes,
                           rti_snapshot **out)
 {
-    static const char *const tracers[] = {"brute", "kdtree", "octree"};
+    static const char *const tracers[] = {"brute", "kdtree", "octree", "bvh"}; /* by RTK_TREE_* */
     read_state r = {.ctx = ctx, .name = name, .bytes = bytes, .size = size, .check_hashes = check_hashes};
     const char *what;
     uint32_t tree;

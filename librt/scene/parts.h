@@ -5,7 +5,7 @@
 #include "../kernel/blocks.h"
 #include "scene.h"
 
-#define RTI_TREE_KINDS 3u /* RTK_TREE_NONE (unused place), KD, OCTREE */
+#define RTI_TREE_KINDS 4u /* RTK_TREE_NONE (unused place), KD, OCTREE, BVH */
 
 typedef struct rti_part_group {
     rti_chunk *group, *attribute, *geometry;    /* attribute: NULL when no geometry has any */

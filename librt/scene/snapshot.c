@@ -130,6 +130,7 @@ static rtk_part part_view(const rti_part_group *group, uint32_t index)
     p.all.refs = rti_part_list(group->group, index);
     p.kdtree = tree_view(group->tree[index][RTK_TREE_KD]);
     p.octree = tree_view(group->tree[index][RTK_TREE_OCTREE]);
+    p.bvh = tree_view(group->tree[index][RTK_TREE_BVH]);
     return p;
 }
 
@@ -170,6 +171,7 @@ static void view_top(rti_snapshot *s)
     v->top_scale = top->scale;
     v->top_kdtree = tree_view(s->top_tree[RTK_TREE_KD]);
     v->top_octree = tree_view(s->top_tree[RTK_TREE_OCTREE]);
+    v->top_bvh = tree_view(s->top_tree[RTK_TREE_BVH]);
 }
 
 static uint32_t scene_flags(const rtk_scene *v)

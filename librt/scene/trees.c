@@ -13,7 +13,9 @@ static rti_build_settings settle(const rti_snapshot *s, uint32_t kind, uint32_t 
     rti_build_settings settings = s->settings;
     if (kind == RTK_TREE_OCTREE)
         settings.builder = RTI_BUILD_OCTREE;
-    else if (s->auto_builder || settings.builder == RTI_BUILD_OCTREE)
+    else if (kind == RTK_TREE_BVH)
+        settings.builder = rti_builds_bvh(settings.builder) ? settings.builder : RTI_BUILD_BVH;
+    else if (s->auto_builder || settings.builder == RTI_BUILD_OCTREE || rti_builds_bvh(settings.builder))
         settings.builder = prim_count > EXACT_LIMIT ? RTI_BUILD_KD_BINNED : RTI_BUILD_KD_EXACT;
     return settings;
 }

@@ -29,7 +29,7 @@ typedef struct rti_scratch {
 } rti_scratch;
 
 typedef struct rti_tracer {
-    const char *name; /* as in settings.traversal: "brute", "kdtree", "octree" */
+    const char *name; /* as in settings.traversal: "brute", "kdtree", "octree", "bvh" */
     const char *help;
     uint32_t tree;  /* RTK_TREE_* it walks; NONE: no tree needed */
     uint32_t width; /* rays handled together */

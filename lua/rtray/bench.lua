@@ -15,6 +15,7 @@ local bench = {}
 local BUILDERS = { -- as `builder` and `accel`
   { name = "kdtree exact", tracer = "kdtree", builder = "exact" }, { name = "kdtree binned", tracer = "kdtree", builder = "binned" },
   { name = "kdtree paper", tracer = "kdtree", builder = "paper" }, { name = "octree", tracer = "octree", builder = "auto" },
+  { name = "bvh", tracer = "bvh", builder = "auto" }, { name = "bvh compact", tracer = "bvh", builder = "compact" },
 }
 
 -- All trees of the scene together: seconds and bytes add up, depth is the deepest; cost is the first one's.
@@ -55,7 +56,7 @@ local function arrangements(path, values, settings)
   if values.integrator then
     size[3] = "--integrator=" .. values.integrator
   end
-  for _, tracer in ipairs(values.tracers_list or { "kdtree", "octree" }) do
+  for _, tracer in ipairs(values.tracers_list or { "kdtree", "octree", "bvh" }) do
     for _, workers in ipairs(values.workers_list or { 1, require("rt").machine().cpus }) do
       local more = table.move(size, 1, #size, 1, { })
       more[#more + 1] = "--tracer=" .. tracer

@@ -60,7 +60,7 @@ A frame whose script fails ends the command with status 1, unless --keep-going; 
     options = options.take("size", "samples", "workers", "define", "set", "frame", "tracers_list", "builder", "seed", "json"),
     text = [[
 Prints the counts of a scene, the memory it and a render of it take, and for each tree: references, growth, build time, depth, nodes,
-leaves, empty leaves with their ratio, the largest leaf, the SAH cost and bytes. --tracers picks the trees (kdtree and octree are built
+leaves, empty leaves with their ratio, the largest leaf, the SAH cost and bytes. --tracers picks the trees (kdtree, octree and bvh are built
 unless told otherwise).]],
     examples = { "rtray info", "rtray info sponza.ply --tracers kdtree --builder binned" },
   },

@@ -124,7 +124,7 @@ function info.run(command, values, arguments)
   if not path then
     return build(values)
   end
-  local scene = source.open(path, values, command, { accel = table.concat(values.tracers_list or { "kdtree", "octree" }, ",") }).scene
+  local scene = source.open(path, values, command, { accel = table.concat(values.tracers_list or { "kdtree", "octree", "bvh" }, ",") }).scene
   local facts = scene:info()
   local memory = scene:memory()
   local settings = scene:effective()

@@ -32,10 +32,10 @@ row("integrator", { "--integrator" }, "choice", "NAME", "what a pixel shows: whi
   choices = { "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost", "steps" }, setting = "integrator",
 })
 row("tracer", { "--tracer" }, "choice", "NAME", "structure that answers rays; no effect on the picture", {
-  choices = { "auto", "kdtree", "octree", "brute" }, setting = "tracer",
+  choices = { "auto", "kdtree", "octree", "bvh", "brute" }, setting = "tracer",
 })
 row("builder", { "--builder" }, "choice", "NAME", "builder of the kd-tree", {
-  choices = { "auto", "exact", "binned", "paper" }, setting = "builder",
+  choices = { "auto", "exact", "binned", "paper", "compact" }, setting = "builder",
 })
 row("max_depth", { "--max-depth" }, "count", "N", "bounces at most", { low = 0, high = 64, setting = "max_depth" })
 row("seed", { "--seed" }, "seed", "N", "seed of the samples and of the script's math.random", { setting = "seed" })
@@ -92,8 +92,8 @@ row("tolerance", { "--tolerance" }, "number", "E", "differences up to E of a cha
 
 row("workers_list", { "-j", "--workers" }, "counts", "N,N,...", "worker counts", { low = 1, high = 1024 })
 row("tiles_list", { "--tiles" }, "counts", "N,N,...", "tile sizes", { low = 1, high = 4096 })
-row("tracers_list", { "--tracers" }, "choices", "NAME,...", "structures", { choices = { "kdtree", "octree", "brute" } })
-row("shown_tracers", { "--tracers", "--tracer" }, "choices", "NAME,...", "structures to look at", { choices = { "kdtree", "octree", "brute" } })
+row("tracers_list", { "--tracers" }, "choices", "NAME,...", "structures", { choices = { "kdtree", "octree", "bvh", "brute" } })
+row("shown_tracers", { "--tracers", "--tracer" }, "choices", "NAME,...", "structures to look at", { choices = { "kdtree", "octree", "bvh", "brute" } })
 row("runs", { "--runs" }, "count", "N", "runs of each arrangement; medians are shown", { low = 1, high = 1000 })
 row("over", { "--over" }, "axis", "NAME=VALUES", "an axis: a parameter or setting and its values (repeatable), as ior=1:2.5:0.25", { many = true })
 row("zip", { "--zip" }, nil, nil, "pair the axes' values instead of crossing them")

@@ -268,7 +268,7 @@ function tree.run(command, values, arguments)
   for _, name in ipairs(values.shown_tracers or {}) do
     wanted[#wanted + 1] = name
   end
-  local scene = source.open(path, values, command, { accel = #wanted > 0 and table.concat(wanted, ",") or "kdtree,octree" }).scene
+  local scene = source.open(path, values, command, { accel = #wanted > 0 and table.concat(wanted, ",") or "kdtree,octree,bvh" }).scene
   local found = look(command, scene, values, state)
   if values.json then
     output.print("%s", to_json(path, scene, found))

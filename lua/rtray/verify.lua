@@ -36,7 +36,7 @@ local function tracers_of(scene, values)
   end
   local facts = scene:info()
   local count = facts.triangles + facts.shapes + facts.planes
-  return count <= BRUTE_LIMIT and { "brute", "kdtree", "octree" } or { "kdtree", "octree" }, count > BRUTE_LIMIT and count or nil
+  return count <= BRUTE_LIMIT and { "brute", "kdtree", "octree", "bvh" } or { "kdtree", "octree", "bvh" }, count > BRUTE_LIMIT and count or nil
 end
 
 -- Where an image begins to differ from the first one.
@@ -121,7 +121,7 @@ function verify.run(command, values, arguments)
   if not values.quiet and not values.json then
     output.print("%s at %dx%d, %d sample%s", path, width, height, samples, samples == 1 and "" or "s")
     if too_many then
-      output.print("brute force is left out: %s primitives (--tracers brute,kdtree,octree asks for it)", output.count(too_many))
+      output.print("brute force is left out: %s primitives (--tracers brute,kdtree,octree,bvh asks for it)", output.count(too_many))
     end
   end
   local begun = sys.now()

@@ -78,14 +78,14 @@ describe("verify", function()
   it("prints one hash for every arrangement", function()
     local r = rtray { "verify", support.source .. "/scenes/paper.lua", "--size", "50x35", "-n", "1" }
     assert.equal(0, r.status, r.out .. r.err)
-    local hash, rows = r.out:match "one image, (%x+), in 36 arrangements; one description in two processes", 0
+    local hash, rows = r.out:match "one image, (%x+), in 48 arrangements; one description in two processes", 0
     assert.truthy(hash, r.out)
     for line in r.out:gmatch "\n([bko]%w+ +%d+ [^\n]+)" do
       local count = select(2, line:gsub(hash:sub(1, 12), ""))
       assert.equal(3, count, line)
       rows = rows + 1
     end
-    assert.equal(12, rows)
+    assert.equal(16, rows)
     for _, workers in ipairs { 1, 2, 3, 8 } do
       assert.truthy(r.out:find("octree +" .. workers .. " "))
     end
@@ -97,7 +97,7 @@ describe("verify", function()
     local a = cjson.decode(rtray({ "verify", scene, "--json", "--size", "30x20", "-n", "1", "--workers", "1,2", "--tiles", "8" }).out)
     local b = cjson.decode(rtray({ "render", scene, "--json", "--size", "30x20", "-n", "1", "-o", "/dev/null", "--format", "bmp" }).out)
     assert.equal(b.hash, a.hash)
-    assert.equal(6, #a.renders)
+    assert.equal(8, #a.renders)
     assert.is_true(a.equal and a.same_description)
   end)
 
@@ -161,10 +161,10 @@ describe("bench", function()
     for line in support.read(folder .. "/x.csv"):gmatch "([^\r\n]*)\r\n" do
       lines[#lines + 1] = line
     end
-    assert.equal(1 + 2 * (4 + 4), #lines)
+    assert.equal(1 + 2 * (6 + 6), #lines)
     assert.truthy(lines[1]:find("^scene,kind,structure,builder,workers,width,height,samples,run,seconds,"))
     assert.truthy(lines[2]:find('^"[^"]*a,b.lua",build,kdtree,exact,', 1), lines[2])
-    assert.equal(8, #require("cjson").decode(rtray({ "bench", support.small(), "--runs", "1", "--workers", "1,2", "--json", "-q" }).out).results)
+    assert.equal(12, #require("cjson").decode(rtray({ "bench", support.small(), "--runs", "1", "--workers", "1,2", "--json", "-q" }).out).results)
   end)
 
   it("reports a fault before the first run", function()

@@ -71,12 +71,12 @@ describe("tree", function()
   it("gives numbers that agree", function()
     local o = json { "tree", scene }
     assert.equal("0", o.group)
-    assert.equal(2, #o.leaves)
+    assert.equal(3, #o.leaves)
     local trees = {}
     for _, t in ipairs(o.trees) do
       trees[t.name .. (math.tointeger(t.group) or t.group) .. (t.part > 0 and "." .. math.tointeger(t.part) or "")] = t
     end
-    assert.truthy(trees.kdtreetop and trees.octree1)
+    assert.truthy(trees.kdtreetop and trees.octree1 and trees.bvh0)
     for _, h in ipairs(o.leaves) do
       for _, bars in ipairs { h.depths, h.sizes } do
         local leaves, references = 0, 0
@@ -93,7 +93,7 @@ describe("tree", function()
       assert.is_true(math.abs(m.measured / m.predicted - 1) < 0.05, m.name .. ": " .. m.measured .. " for " .. m.predicted)
       assert.is_true(m.first_hit < m.measured and m.lines > 1000)
     end
-    assert.equal(3, #o.camera_rays)
+    assert.equal(4, #o.camera_rays)
     for _, c in ipairs(o.camera_rays) do
       assert.equal(2400, c.rays)
       assert.is_true(c.tests.mean <= c.tests.max and c.tests.p95 <= c.tests.max)
@@ -106,8 +106,8 @@ describe("tree", function()
     local out = folder .. "/out 1"
     local name = support.write(folder .. "/" .. EVIL:gsub("/", "_") .. ".lua", SCENE)
     local o = json { "tree", name, "-o", out, "--cut", "y=15%", "--color", "references" }
-    assert.equal(9, #o.files)
-    assert.equal(2, #o.cuts)
+    assert.equal(12, #o.files)
+    assert.equal(3, #o.cuts)
     for _, path in ipairs(o.files) do
       assert.is_true(support.exists(path), path)
       if path:find "%.svg$" then
@@ -172,7 +172,7 @@ return rt.scene { settings = { width = 20, height = 15 }, rt.box { low = {-5000,
     refused(2, { "tree", scene, "--cut", "1,nan,0@0,0,0" }, "a plane is expected")
     refused(2, { "tree", scene, "--group", "5" }, "there is no such tree; there are 0, ")
     refused(2, { "tree", scene, "--group", "-1" }, "a group is expected")
-    refused(2, { "tree", scene, "--tracers", "bvh" }, "known are")
+    refused(2, { "tree", scene, "--tracers", "grid" }, "known are")
     refused(1, { "tree", scene, "--cut", "y=50", "-o", folder .. "/out3" }, "the plane y = 50 does not meet the tree, which has y = ")
     refused(1, { "tree", scene, "-o", scene }, "is a file; name a folder")
     refused(1, { "tree", scene, "-o", folder .. "/gone/deep" }, "cannot be made")

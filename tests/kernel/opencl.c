@@ -132,11 +132,10 @@ static void make_items(rtk_ray *rays, rtk_tri *tris, rtk_shape *shapes)
 
 static void judge_sizes(const device *d, cl_program program)
 {
-    const rtk_u32 want[SIZES] = {sizeof(rtk_ray),         sizeof(rtk_tri),      sizeof(rtk_shape),
-                                 sizeof(rtk_geom),        sizeof(rtk_material), sizeof(rtk_instance),
-                                 sizeof(rtk_light),       sizeof(rtk_world),    sizeof(rtk_texture_header),
-                                 sizeof(rtk_tree_header), sizeof(rtk_kdnode),   sizeof(rtk_octnode),
-                                 sizeof(rtk_bvhnode),     sizeof(rtk_bvhblock)};
+    const rtk_u32 want[SIZES] = {
+        sizeof(rtk_ray),      sizeof(rtk_tri),     sizeof(rtk_shape),   sizeof(rtk_geom),           sizeof(rtk_material),
+        sizeof(rtk_instance), sizeof(rtk_light),   sizeof(rtk_world),   sizeof(rtk_texture_header), sizeof(rtk_tree_header),
+        sizeof(rtk_kdnode),   sizeof(rtk_octnode), sizeof(rtk_bvhnode), sizeof(rtk_bvhblock)};
     rtk_u32 got[SIZES];
     cl_int status;
     cl_kernel kernel = clCreateKernel(program, "sizes", &status);

@@ -165,12 +165,16 @@ bool test_world_move(test_world *w, const float (*m)[12], uint32_t count)
     return good;
 }
 
-static rt_status build_both(test_world *w, const rti_build_input *in, const rti_build_settings *kd, void *chunks[2],
-                            size_t sizes[2])
+static rt_status build_all(test_world *w, const rti_build_input *in, const rti_build_settings *kd, void *chunks[TEST_TREES],
+                           size_t sizes[TEST_TREES])
 {
     rti_build_settings octree = {.builder = RTI_BUILD_OCTREE};
-    rt_status status = rti_tree_build(w->ctx, in, kd, NULL, &chunks[0], &sizes[0]);
-    return status != RT_OK ? status : rti_tree_build(w->ctx, in, &octree, NULL, &chunks[1], &sizes[1]);
+    rti_build_settings bvh = {.builder = w->bvh_builder ? w->bvh_builder : RTI_BUILD_BVH};
+    const rti_build_settings *settings[TEST_TREES] = {kd, &octree, &bvh};
+    rt_status status = RT_OK;
+    for (int i = 0; i < TEST_TREES && status == RT_OK; i++)
+        status = rti_tree_build(w->ctx, in, settings[i], NULL, &chunks[i], &sizes[i]);
+    return status;
 }
 
 static rt_status commit_group(test_world *w, uint32_t index, const rti_build_settings *kd)
@@ -178,7 +182,7 @@ static rt_status commit_group(test_world *w, uint32_t index, const rti_build_set
     test_group *p = &w->parts[index];
     rtk_group *g = &w->groups[index];
     rti_build_input in = test_input_boxes(&p->mesh, (const float(*)[6])p->boxes, p->shape_count);
-    rt_status status = build_both(w, &in, kd, p->chunks, p->sizes);
+    rt_status status = build_all(w, &in, kd, p->chunks, p->sizes);
     if (status != RT_OK)
         return status;
     g->lo = rtk_v3(in.lo[0], in.lo[1], in.lo[2]);
@@ -199,6 +203,7 @@ static rt_status commit_group(test_world *w, uint32_t index, const rti_build_set
     g->parts[0].count = p->mesh.count + p->shape_count;
     g->parts[0].kdtree = rti_tree_view(p->chunks[0]);
     g->parts[0].octree = rti_tree_view(p->chunks[1]);
+    g->parts[0].bvh = rti_tree_view(p->chunks[2]);
     return RT_OK;
 }
 
@@ -274,7 +279,7 @@ static rt_status commit_top(test_world *w, const rti_build_settings *kd)
         in.lo[a] -= in.grow;
         in.hi[a] += in.grow;
     }
-    status = build_both(w, &in, kd, w->top_chunks, w->top_sizes);
+    status = build_all(w, &in, kd, w->top_chunks, w->top_sizes);
     free(boxes);
     if (status != RT_OK)
         return status;
@@ -282,6 +287,7 @@ static rt_status commit_top(test_world *w, const rti_build_settings *kd)
     w->scene.top_hi = rtk_v3(in.hi[0], in.hi[1], in.hi[2]);
     w->scene.top_kdtree = rti_tree_view(w->top_chunks[0]);
     w->scene.top_octree = rti_tree_view(w->top_chunks[1]);
+    w->scene.top_bvh = rti_tree_view(w->top_chunks[2]);
     return RT_OK;
 }
 
@@ -308,13 +314,13 @@ void test_world_free(test_world *w)
         free(p->planes);
         free(p->geoms);
         free(p->boxes);
-        rti_free(w->ctx, p->chunks[0], p->sizes[0]);
-        rti_free(w->ctx, p->chunks[1], p->sizes[1]);
+        for (int k = 0; k < TEST_TREES; k++)
+            rti_free(w->ctx, p->chunks[k], p->sizes[k]);
     }
     free(w->instances);
     free(w->unbounded);
     free(w->motions);
-    rti_free(w->ctx, w->top_chunks[0], w->top_sizes[0]);
-    rti_free(w->ctx, w->top_chunks[1], w->top_sizes[1]);
+    for (int k = 0; k < TEST_TREES; k++)
+        rti_free(w->ctx, w->top_chunks[k], w->top_sizes[k]);
     memset(w, 0, sizeof *w);
 }

@@ -6,6 +6,7 @@
 #include "trace/trace.h"
 
 #define TEST_GROUPS 8
+#define TEST_TREES  3
 
 /* The instruction set that RT_ISA asks for; ends the test as skipped where that does not run. */
 rti_isa test_isa(void);
@@ -16,8 +17,8 @@ typedef struct test_group {
     rtk_geom *geoms;
     uint32_t shape_count, plane_count, geom_count;
     float (*boxes)[6]; /* of the shapes */
-    void *chunks[2];   /* kd-tree, octree */
-    size_t sizes[2];
+    void *chunks[TEST_TREES]; /* kd-tree, octree, BVH */
+    size_t sizes[TEST_TREES];
 } test_group;
 
 typedef struct test_world {
@@ -28,8 +29,9 @@ typedef struct test_world {
     uint32_t *unbounded;
     rtk_motion *motions;
     uint32_t motion_count;
-    void *top_chunks[2];
-    size_t top_sizes[2];
+    void *top_chunks[TEST_TREES];
+    size_t top_sizes[TEST_TREES];
+    uint32_t bvh_builder; /* RTI_BUILD_BVH*; 0: the default one */
     rtk_scene scene;
 } test_world;
 
@@ -44,7 +46,7 @@ void test_world_plane(test_world *w, uint32_t group, const float point[3], const
 void test_world_instance(test_world *w, uint32_t group, const float m[12], uint32_t mask);
 /* The last instance goes on to these places [count] of 12 floats; false: scene/motion.c refuses the way, and it stands still. */
 bool test_world_move(test_world *w, const float (*m)[12], uint32_t count);
-/* Bounds and trees (kd by the given settings; octree by its defaults). */
+/* Bounds and trees (kd by the given settings; the others by their defaults). */
 rt_status test_world_commit(test_world *w, const rti_build_settings *kd);
 void test_world_free(test_world *w);
 

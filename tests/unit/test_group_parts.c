@@ -107,7 +107,7 @@ static rt_ray make_ray(test_rng *rng, uint32_t kind)
 static void ask(rt_scene *scene, const char *tracer, const rt_ray *rays, rt_hit *hits, uint8_t *occluded)
 {
     kit_ok(rt_scene_context(scene), rt_scene_set_tracer(scene, tracer));
-    commit(scene, "kdtree,octree");
+    commit(scene, "kdtree,octree,bvh");
     rt_scene_intersect(scene, rays, hits, RAYS);
     rt_scene_occluded(scene, rays, occluded, RAYS);
 }
@@ -115,7 +115,7 @@ static void ask(rt_scene *scene, const char *tracer, const rt_ray *rays, rt_hit 
 /* Every tracer gives brute force's bits. Returns how many rays hit the prims of `geom`. */
 static uint32_t same_for_all(rt_scene *scene, uint32_t geom)
 {
-    static const char *const tracers[] = {"kdtree", "octree"};
+    static const char *const tracers[] = {"kdtree", "octree", "bvh"};
     static rt_ray rays[RAYS];
     static rt_hit hits[RAYS], other[RAYS];
     static uint8_t occluded[RAYS], occluded_other[RAYS];
@@ -124,7 +124,7 @@ static uint32_t same_for_all(rt_scene *scene, uint32_t geom)
     for (uint32_t i = 0; i < RAYS; i++)
         rays[i] = make_ray(&rng, i);
     ask(scene, "brute", rays, hits, occluded);
-    for (uint32_t k = 0; k < 2; k++) {
+    for (uint32_t k = 0; k < 3; k++) {
         ask(scene, tracers[k], rays, other, occluded_other);
         for (uint32_t i = 0; i < RAYS; i++) {
             if (memcmp(&hits[i], &other[i], sizeof hits[i]) != 0)
@@ -313,7 +313,7 @@ static void test_saved(void **state)
     test_rng rng = {9};
     (void)state;
     add_both(scene, 5000.0f);
-    commit(scene, "kdtree,octree");
+    commit(scene, "kdtree,octree,bvh");
     kit_ok(ctx, rt_scene_save(scene, path));
     kit_ok(ctx, rt_scene_load(ctx, path, &loaded));
     rt_scene_hash(scene, a);

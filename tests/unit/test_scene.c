@@ -254,7 +254,7 @@ static void test_commit_refusals(void **state)
     d.accel = "kdtree,octre";
     REFUSED(rt_scene_commit(f->scene, &d), "accel has the word \"octre\"; did you mean \"octree\"?");
     d.accel = "";
-    REFUSED(rt_scene_commit(f->scene, &d), "the words are \"auto\", \"kdtree\", \"octree\" and \"brute\"");
+    REFUSED(rt_scene_commit(f->scene, &d), "the words are \"auto\", \"kdtree\", \"octree\", \"bvh\" and \"brute\"");
     d.accel = "auto";
     d.builder = "exakt";
     REFUSED(rt_scene_commit(f->scene, &d), "did you mean \"exact\"?");
@@ -265,7 +265,7 @@ static void test_commit_refusals(void **state)
     d.cost_traverse = NAN;
     REFUSED(rt_scene_commit(f->scene, &d), "cost_traverse is nan");
     REFUSED(rt_scene_set_tracer(f->scene, "gpu"),
-            "there is no tracer \"gpu\"; this build has \"auto\", \"brute\", \"kdtree\", \"octree\"");
+            "there is no tracer \"gpu\"; this build has \"auto\", \"brute\", \"kdtree\", \"octree\", \"bvh\"");
     kit_sphere(f->scene, 0, 0, 0, 1);
     assert_int_equal(rt_scene_commit(f->scene, NULL), RT_OK);
     REFUSED(rt_scene_get_tree_info(f->scene, 1, NULL, &tree), "index is 1; the scene has 1 trees");

@@ -157,10 +157,10 @@ static void compare(const rt_scene *a, const rt_scene *b)
 
 static void test_round(void **state)
 {
-    static const char *const accels[] = {"kdtree", "octree", "brute", "kdtree,octree"};
+    static const char *const accels[] = {"kdtree", "octree", "bvh", "brute", "kdtree,octree,bvh"};
     rt_context *ctx = kit_context(NULL, 1);
     (void)state;
-    for (size_t i = 0; i < 4; i++) {
+    for (size_t i = 0; i < 5; i++) {
         rt_scene *scene = committed(ctx, accels[i]), *loaded;
         rt_scene_info a, b;
         assert_int_equal(rt_scene_save(scene, path), RT_OK);
@@ -199,7 +199,7 @@ static void test_same_file(void **state)
     (void)state;
     for (int i = 0; i < 2; i++) {
         rt_context *ctx = kit_context(NULL, (uint32_t)(1 + i));
-        rt_scene *scene = committed(ctx, "kdtree,octree");
+        rt_scene *scene = committed(ctx, "kdtree,octree,bvh");
         assert_int_equal(rt_scene_save(scene, path), RT_OK);
         data[i] = slurp(path, &size[i]);
         rt_scene_destroy(scene);
@@ -301,7 +301,7 @@ static void use_snapshot(const rti_snapshot *s)
 static void test_corruption(void **state)
 {
     rt_context *ctx = kit_context(NULL, 1);
-    rt_scene *scene = committed(ctx, "kdtree,octree");
+    rt_scene *scene = committed(ctx, "kdtree,octree,bvh");
     uint8_t *data;
     size_t size, let_through = 0;
     rti_snapshot *s;
@@ -396,10 +396,10 @@ static rt_scene *hollow(rt_context *ctx, rt_scene *child, const char *accel)
 
 static void test_hollow(void **state)
 {
-    static const char *const accels[] = {"kdtree", "octree", "brute"};
+    static const char *const accels[] = {"kdtree", "octree", "bvh", "brute"};
     rt_context *ctx = kit_context(NULL, 1);
     (void)state;
-    for (size_t i = 0; i < 3; i++) {
+    for (size_t i = 0; i < 4; i++) {
         rt_scene *child = kit_scene(ctx), *scene = hollow(ctx, child, accels[i]), *loaded;
         for (int axis = 0; axis < 6; axis++) {
             float dir[3] = {0, 0, 0};

@@ -79,10 +79,10 @@ static rt_ray aim(const rt_transform *t, const rt_vec3 *corners, float far)
 
 static void compare_tracers(rt_context *ctx, rt_scene *scene, const rt_ray *rays, uint32_t *hit_count)
 {
-    static const char *const tracers[] = {"brute", "kdtree", "octree"};
+    static const char *const tracers[] = {"brute", "kdtree", "octree", "bvh"};
     rt_hit *hits = malloc(2 * RAYS * sizeof *hits);
     uint8_t occluded[RAYS];
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 4; k++) {
         assert_int_equal(rt_scene_set_tracer(scene, tracers[k]), RT_OK);
         kit_ok(ctx, rt_scene_commit(scene, NULL));
         rt_scene_intersect(scene, rays, hits + (k ? RAYS : 0), RAYS);

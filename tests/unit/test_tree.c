@@ -12,7 +12,9 @@
 #include "support/generate.h"
 #include "support/rays.h"
 
-static const uint32_t builders[] = {RTI_BUILD_KD_EXACT, RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE};
+static const uint32_t builders[] = {RTI_BUILD_KD_EXACT, RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE, RTI_BUILD_BVH,
+                                    RTI_BUILD_BVH_COMPACT};
+#define BUILDERS ((int)RTI_COUNT(builders))
 
 static rt_context *context(uint32_t workers)
 {
@@ -29,6 +31,7 @@ static rtk_tree_header build(rt_context *ctx, const rti_build_input *in, const r
     size_t size;
     assert_int_equal(rti_tree_build(ctx, in, s, NULL, &chunk, &size), RT_OK);
     assert_true(rti_tree_valid(chunk, size, in->tri_count + in->box_count));
+    assert_true(rti_tree_blocks_valid(chunk, in->tris, in->tri_count));
     rtk_tree_header h = *(rtk_tree_header *)chunk;
     assert_true(rti_tree_sah(chunk) == h.sah_cost);
     assert_true(h.ref_count <= (uint64_t)64 * (h.prim_count + 2));
@@ -44,7 +47,7 @@ static void test_same_bytes(void **state)
     test_mesh_soup(&m, 20000, 0.05f, 42);
     test_mesh_soup(&m, 50, 2.0f, 42);
     rti_build_input in = test_input(&m);
-    for (int b = 0; b < 3; b++) {
+    for (int b = 0; b < BUILDERS; b++) {
         char *first = NULL;
         size_t first_size = 0;
         for (int k = 0; k < 4; k++) {
@@ -73,7 +76,7 @@ static void test_small(void **state)
 {
     rt_context *ctx = context(1);
     (void)state;
-    for (int b = 0; b < 3; b++)
+    for (int b = 0; b < BUILDERS; b++)
         for (uint32_t n = 0; n <= 3; n++) {
             test_mesh m = {0};
             test_mesh_soup(&m, n, 0.5f, 42);
@@ -171,7 +174,7 @@ static void test_copies(void **state)
             test_mesh_add(&m, v[0], v[1], v[2]);
         }
         rti_build_input in = test_input(&m);
-        for (int b = 0; b < 3; b++) {
+        for (int b = 0; b < BUILDERS; b++) {
             double start = rti_thread_cpu();
             rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = builders[b]});
             assert_true(h.ref_count <= 17000000u);
@@ -202,7 +205,7 @@ static void test_degenerate(void **state)
     test_mesh_add(&m, inf, zero, zero);
     in.tris = m.tris;
     in.tri_count = m.count;
-    for (int b = 0; b < 3; b++)
+    for (int b = 0; b < BUILDERS; b++)
         build(ctx, &in, &(rti_build_settings){.builder = builders[b], .max_depth = 96});
     test_mesh_free(&m);
     rt_context_destroy(ctx);
@@ -226,7 +229,7 @@ static void test_flat(void **state)
             test_mesh_add(&m, v[0], v[1], v[2]);
         }
         rti_build_input in = test_input(&m);
-        for (int b = 0; b < 3; b++)
+        for (int b = 0; b < BUILDERS; b++)
             build(ctx, &in, &(rti_build_settings){.builder = builders[b]});
         test_mesh_free(&m);
     }
@@ -239,7 +242,7 @@ static void test_sizes(void **state)
     rt_context *ctx = context(1);
     (void)state;
     for (int i = 0; i < 5; i++)
-        for (int b = 0; b < 3; b++) {
+        for (int b = 0; b < BUILDERS; b++) {
             test_mesh m = {0};
             test_mesh_soup(&m, 2000, 0.1f, 42);
             test_mesh_place(&m, scales[i], 0.0f);
@@ -271,14 +274,14 @@ static void test_settings(void **state)
     in = test_input(&m);
     rti_build_settings s = {
         .max_depth = 5, .cost_traverse = NAN, .cost_intersect = -1.0f, .empty_bonus = INFINITY, .duplication = 1.5f};
-    for (int b = 0; b < 3; b++) {
+    for (int b = 0; b < BUILDERS; b++) {
         s.builder = builders[b];
         rtk_tree_header got = build(ctx, &in, &s);
         assert_true(got.depth <= 5);
         assert_true(got.ref_count <= 3000 * 3 / 2 + 64);
     }
     s = (rti_build_settings){.max_depth = 4000000000u, .duplication = 1.0e30f};
-    for (int b = 0; b < 3; b++) {
+    for (int b = 0; b < BUILDERS; b++) {
         s.builder = builders[b];
         assert_true(build(ctx, &in, &s).depth <= 96);
     }
@@ -346,7 +349,7 @@ static void test_allocation_failure(void **state)
     d.allocate = failing_allocate;
     d.allocate_user = &f;
     assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
-    for (int b = 0; b < 3; b++) {
+    for (int b = 0; b < BUILDERS; b++) {
         rti_build_settings s = {.builder = builders[b]};
         for (long n = 0;; n++) {
             uint64_t before, after;
@@ -386,7 +389,7 @@ static void test_cancel(void **state)
     d.allocate = failing_allocate;
     d.allocate_user = &f;
     assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
-    for (int b = 0; b < 3; b++) {
+    for (int b = 0; b < BUILDERS; b++) {
         rti_build_settings s = {.builder = builders[b]};
         long cancelled = 0;
         for (long n = 0;; n++) {
@@ -454,7 +457,7 @@ static void test_broken(void **state)
     test_world_mesh(&w, 0, &m, 1);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
     test_targets_init(&t, &w);
-    for (int which = 0; which < 2; which++) {
+    for (int which = 0; which < TEST_TREES; which++) {
         size_t size = w.parts[0].sizes[which], refused = 0;
         unsigned char *copy = aligned_alloc(64, (size + 63) / 64 * 64);
         assert_false(rti_tree_valid(w.parts[0].chunks[which], 10, m.count));
@@ -472,10 +475,11 @@ static void test_broken(void **state)
             if (k % 16 != 0 && k % 16 != 3)
                 continue;
             rtk_part *g = &w.groups[0].parts[0];
-            rtk_tree keep = view.kind == RTK_TREE_KD ? g->kdtree : g->octree;
-            *(view.kind == RTK_TREE_KD ? &g->kdtree : &g->octree) = view;
-            walk(&w.scene, &t, view.kind == RTK_TREE_KD ? "kdtree" : "octree");
-            *(view.kind == RTK_TREE_KD ? &g->kdtree : &g->octree) = keep;
+            rtk_tree *slot = view.kind == RTK_TREE_KD ? &g->kdtree : (view.kind == RTK_TREE_BVH ? &g->bvh : &g->octree);
+            rtk_tree keep = *slot;
+            *slot = view;
+            walk(&w.scene, &t, rti_tree_kind_of(view.kind)->name);
+            *slot = keep;
         }
         assert_true(refused > 1000);
         free(copy);

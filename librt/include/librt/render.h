@@ -27,7 +27,7 @@ typedef struct rt_render_desc {
     uint32_t tile;          /**< edge in pixels, 1 ... 4096 */
     rt_schedule schedule;
     const char *integrator; /**< "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost", "steps"; rt_integrator_at lists them */
-    const char *tracer;     /**< "auto", "kdtree", "octree", "brute"; rt_tracer_at lists them. A missing tree is built first */
+    const char *tracer;     /**< "auto", "kdtree", "octree", "bvh", "brute"; rt_tracer_at lists them. A missing tree is built first */
     uint64_t seed;
     uint32_t max_depth; /**< bounces, 0 ... 64 */
     rt_filter filter;

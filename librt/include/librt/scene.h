@@ -298,8 +298,8 @@ RT_API rt_status rt_scene_bounds(const rt_scene *scene, rt_vec3 *low, rt_vec3 *h
 
 typedef struct rt_commit_desc {
     uint32_t struct_size;
-    const char *accel; /**< trees to build: "auto" (= "kdtree"), "kdtree", "octree", "brute" (none), or several with commas */
-    const char *builder; /**< kd-tree: "auto", "exact", "binned", "paper" (exact, depth up to 96) */
+    const char *accel; /**< trees to build: "auto" (= "kdtree"), "kdtree", "octree", "bvh", "brute" (none), or several with commas */
+    const char *builder; /**< "auto"; kd-tree: "exact", "binned", "paper" (exact, depth up to 96); BVH: "compact" (no copies of vertices) */
     uint32_t max_depth, leaf_size;                     /**< 0: the builder's own */
     float cost_traverse, cost_intersect, empty_bonus; /**< 0: the builder's own */
     float duplication; /**< bound of references per primitive; 0: the builder's own */
@@ -324,7 +324,7 @@ RT_API rt_status rt_scene_hash(const rt_scene *scene, char text[33]);
 RT_API rt_status rt_scene_looks_hash(const rt_scene *scene, char rest[33], char (*looks)[33], uint32_t capacity, uint32_t *count);
 
 typedef struct rt_tree_info {
-    const char *name; /**< "kdtree", "octree" */
+    const char *name; /**< "kdtree", "octree", "bvh" */
     uint64_t primitives, references, nodes, leaves, empty_leaves, bytes;
     uint32_t depth, largest_leaf;
     double build_seconds;
@@ -386,7 +386,7 @@ RT_API size_t rt_scene_intersect_all(const rt_scene *scene, const rt_ray *ray, r
 RT_API void rt_scene_intersect_at(const rt_scene *scene, const rt_ray *rays, const float *times, rt_hit *hits, size_t count);
 RT_API void rt_scene_occluded_at(const rt_scene *scene, const rt_ray *rays, const float *times, uint8_t *occluded, size_t count);
 RT_API size_t rt_scene_intersect_all_at(const rt_scene *scene, const rt_ray *ray, float time, rt_hit *hits, size_t capacity);
-/** The tracer that rt_scene_intersect and its like use: "auto", "kdtree", "octree", "brute". Takes effect at the next commit. Errors ARGUMENT with the names. */
+/** The tracer that rt_scene_intersect and its like use: "auto", "kdtree", "octree", "bvh", "brute". Takes effect at the next commit. Errors ARGUMENT with the names. */
 RT_API rt_status rt_scene_set_tracer(rt_scene *scene, const char *name);
 
 /** What is at a hit. */

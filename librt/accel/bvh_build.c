@@ -1,0 +1,481 @@
+/* The BVH's builder: references and their boxes, the binary tree over them. Large ranges are split level by level, each by all
+ * workers together (a task bins or moves one piece of one range); ranges below a size that depends on the count of references
+ * alone are then one task each.
+ *
+ * References move between two buffers: a split reads one and writes the other, left ones from the front of the range's room,
+ * right ones from its back.
+ */
+#include <string.h>
+
+#include "bvh_build.h"
+
+#define PIECE 8192u
+
+typedef struct piece {
+    uint32_t range, begin, count;
+    uint32_t left, right; /* where its first left reference goes, and where its right ones end */
+    rti_bvh_box mids[2];
+    rti_bvh_bins bins;
+} piece;
+
+typedef struct build {
+    rti_bvh t;
+    rti_bvh_range *open, *next, *parts;
+    size_t open_count, open_capacity, next_count, next_capacity, part_count, part_capacity;
+    rti_bvh_split *splits; /* of the open ranges */
+    piece *pieces;
+    uint32_t piece_count;
+    uint32_t *first_piece; /* of each open range, and one more */
+    uint32_t part_limit;
+    size_t top_capacity;
+} build;
+
+/* ---- references ------------------------------------------------------------------------------------------------------------ */
+
+typedef struct root_piece {
+    uint32_t kept;
+    rti_bvh_box box, mid;
+} root_piece;
+
+typedef struct root_job {
+    const rti_bvh *t;
+    root_piece *pieces;
+} root_job;
+
+static bool finite_box(rti_bvh_box b, rti_f4 zero)
+{
+    float z[4], lo[4], hi[4];
+    rti_f4_store(z, zero);
+    rti_f4_store(lo, b.lo);
+    rti_f4_store(hi, b.hi);
+    return z[0] == 0.0f && z[1] == 0.0f && z[2] == 0.0f && lo[0] <= hi[0] && lo[1] <= hi[1] && lo[2] <= hi[2];
+}
+
+/* The box of a primitive; false: it is left out (not finite, or low above high). */
+static bool prim_box(const rti_build_input *in, uint32_t prim, rti_bvh_box *out)
+{
+    rti_f4 nought = rti_f4_set(0.0f, 0.0f, 0.0f, 0.0f), zero;
+    if (prim < in->tri_count) {
+        const rtk_tri *t = &in->tris[prim];
+        rti_f4 a = rti_f4_load(t->v0), b = rti_f4_load(t->v1), c = rti_f4_load(t->v2);
+        out->lo = rti_f4_min(rti_f4_min(a, b), c);
+        out->hi = rti_f4_max(rti_f4_max(a, b), c);
+        zero = rti_f4_add(rti_f4_add(rti_f4_mul(a, nought), rti_f4_mul(b, nought)), rti_f4_mul(c, nought));
+    } else {
+        const float *p = in->boxes[prim - in->tri_count];
+        out->lo = rti_f4_set(p[0], p[1], p[2], 0.0f);
+        out->hi = rti_f4_set(p[3], p[4], p[5], 0.0f);
+        zero = rti_f4_add(rti_f4_mul(out->lo, nought), rti_f4_mul(out->hi, nought));
+    }
+    return finite_box(*out, zero);
+}
+
+static void root_task(void *data, uint32_t index)
+{
+    root_job *job = data;
+    const rti_build *b = job->t->b;
+    root_piece *p = &job->pieces[index];
+    uint32_t begin = index * PIECE, end = begin + PIECE < b->prim_count ? begin + PIECE : b->prim_count;
+    rti_ref *to = job->t->refs[0] + begin;
+    p->kept = 0;
+    p->box = p->mid = rti_bvh_nothing();
+    for (uint32_t i = begin; i < end && !rti_cancelled(b->cancel); i++) {
+        rti_bvh_box box, mid;
+        if (!prim_box(b->in, i, &box))
+            continue;
+        rti_f4_store(to->lo, box.lo);
+        rti_f4_store(to->hi, box.hi);
+        to->prim = i;
+        to->pad = 0;
+        to++;
+        mid.lo = mid.hi = rti_bvh_mid(box);
+        rti_bvh_extend(&p->box, box);
+        rti_bvh_extend(&p->mid, mid);
+        p->kept++;
+    }
+}
+
+static rt_status make_refs(rti_bvh *t, rti_bvh_range *root)
+{
+    uint32_t count = (uint32_t)(((uint64_t)t->b->prim_count + PIECE - 1) / PIECE);
+    root_job job = {t, rti_alloc_array(t->ctx, count, sizeof *job.pieces)};
+    if (!job.pieces)
+        return RT_ERROR_MEMORY;
+    rti_parallel(t->ctx, count, root_task, &job);
+    memset(root, 0, sizeof *root);
+    root->box = root->mid = rti_bvh_nothing();
+    for (uint32_t i = 0; i < count; i++) {
+        if (root->count != i * PIECE)
+            memmove(t->refs[0] + root->count, t->refs[0] + (size_t)i * PIECE, job.pieces[i].kept * sizeof(rti_ref));
+        root->count += job.pieces[i].kept;
+        rti_bvh_extend(&root->box, job.pieces[i].box);
+        rti_bvh_extend(&root->mid, job.pieces[i].mid);
+    }
+    root->room_end = (uint32_t)t->room;
+    rti_free(t->ctx, job.pieces, count * sizeof *job.pieces);
+    return rti_cancelled(t->b->cancel) ? RT_ERROR_CANCELLED : RT_OK;
+}
+
+/* ---- children -------------------------------------------------------------------------------------------------------------- */
+
+/* A split was carried out into the other buffer. */
+static void split_children(const rti_bvh_range *r, const rti_bvh_split *s, const rti_bvh_box mids[2], rti_bvh_range out[2])
+{
+    uint32_t spare = r->room_end - r->room_begin - s->left_count - s->right_count;
+    uint32_t edge =
+        r->room_begin + s->left_count + (uint32_t)((uint64_t)spare * s->left_count / (s->left_count + s->right_count));
+    for (int i = 0; i < 2; i++) {
+        out[i].box = i == 0 ? s->left : s->right;
+        out[i].mid = mids[i];
+        out[i].count = i == 0 ? s->left_count : s->right_count;
+        out[i].buffer = r->buffer ^ 1u;
+        out[i].depth = r->depth + 1;
+    }
+    out[0].begin = out[0].room_begin = r->room_begin;
+    out[0].room_end = out[1].room_begin = edge;
+    out[1].room_end = r->room_end;
+    out[1].begin = r->room_end - s->right_count;
+}
+
+static void measure(const rti_bvh *t, rti_bvh_range *r)
+{
+    const rti_ref *refs = t->refs[r->buffer] + r->begin;
+    r->box = r->mid = rti_bvh_nothing();
+    for (uint32_t i = 0; i < r->count; i++) {
+        rti_bvh_box box = rti_bvh_ref_box(&refs[i]), mid;
+        mid.lo = mid.hi = rti_bvh_mid(box);
+        rti_bvh_extend(&r->box, box);
+        rti_bvh_extend(&r->mid, mid);
+    }
+}
+
+/* Nothing parts them, or the tree is deep already: the first half and the second. */
+static void halve(const rti_bvh *t, const rti_bvh_range *r, rti_bvh_range out[2])
+{
+    uint32_t half = r->count / 2;
+    out[0] = out[1] = *r;
+    out[0].depth = out[1].depth = r->depth + 1;
+    out[0].count = half;
+    out[1].count = r->count - half;
+    out[1].begin = r->begin + half;
+    out[0].room_end = out[1].room_begin = out[1].begin;
+    measure(t, &out[0]);
+    measure(t, &out[1]);
+}
+
+static void put_box(rti_bvh_node *node, rti_bvh_box box)
+{
+    rti_f4_store(node->lo, box.lo);
+    rti_f4_store(node->hi, box.hi);
+    node->child = node->count = 0;
+}
+
+/* ---- one part, depth first ----------------------------------------------------------------------------------------------------
+ */
+
+static void put_leaf(const rti_bvh *t, const rti_bvh_range *r, uint32_t first, const rti_ref *refs, uint32_t count)
+{
+    rti_bvh_node *node = &t->nodes[r->node];
+    put_box(node, r->box);
+    node->child = first;
+    node->count = count;
+    for (uint32_t i = 0; i < count; i++)
+        t->order[first + i] = refs[i].prim;
+}
+
+/* Triangles and others do not share a leaf that has blocks. The references of a leaf are few, and no longer needed in place. */
+static void write_leaf(const rti_bvh *t, const rti_bvh_range *r, uint32_t *pair)
+{
+    rti_ref *refs = t->refs[r->buffer] + r->begin, *others = t->refs[r->buffer ^ 1u] + r->begin;
+    uint32_t tris = 0, rest = 0;
+    for (uint32_t i = 0; t->blocks && i < r->count; i++) {
+        if (refs[i].prim < t->b->in->tri_count)
+            refs[tris++] = refs[i];
+        else
+            others[rest++] = refs[i];
+    }
+    if (tris == 0 || rest == 0) {
+        put_leaf(t, r, r->begin, rest ? others : refs, r->count);
+        return;
+    }
+    rti_bvh_range half[2];
+    half[0] = half[1] = *r;
+    memcpy(refs + tris, others, rest * sizeof *refs);
+    half[0].count = tris;
+    half[1].count = rest;
+    half[1].begin += tris;
+    put_box(&t->nodes[r->node], r->box);
+    t->nodes[r->node].child = *pair;
+    for (int i = 0; i < 2; i++) {
+        half[i].node = (*pair)++;
+        measure(t, &half[i]);
+        put_leaf(t, &half[i], half[i].begin, t->refs[r->buffer] + half[i].begin, half[i].count);
+    }
+}
+
+/* false: it is to be a leaf. */
+static bool split_range(const rti_bvh *t, const rti_bvh_range *r, rti_bvh_range out[2])
+{
+    rti_bvh_split s;
+    rti_bvh_bins bins;
+    const rti_ref *refs = t->refs[r->buffer] + r->begin;
+    float area = rti_bvh_area(t, r->box);
+    if (r->count == 1)
+        return false;
+    rti_bvh_split_begin(r, &s);
+    rti_bvh_bin(&s, refs, r->count, &bins);
+    rti_bvh_split_find(t, &bins, &s);
+    if (r->count <= t->most && !(t->b->cost_traverse * area + s.cost < rti_bvh_leaf_cost(t, r->count) * area))
+        return false;
+    if (s.axis == 3 || r->depth >= RTI_BVH_CAREFUL) {
+        halve(t, r, out);
+    } else {
+        rti_bvh_box mids[2] = {rti_bvh_nothing(), rti_bvh_nothing()};
+        rti_ref *to = t->refs[r->buffer ^ 1u];
+        rti_bvh_scatter(&s, refs, r->count, to + r->room_begin, to + r->room_end, mids);
+        split_children(r, &s, mids, out);
+    }
+    return true;
+}
+
+static void part_task(void *data, uint32_t index)
+{
+    build *job = data;
+    const rti_bvh *t = &job->t;
+    rti_bvh_range stack[RTI_BVH_BINARY + 2], children[2];
+    uint32_t top = 1, pair = t->top_count + 2 * job->parts[index].room_begin, work = 0;
+    stack[0] = job->parts[index];
+    while (top > 0) {
+        rti_bvh_range r = stack[--top];
+        work += r.count + 8;
+        if (work > 16384) {
+            work = 0;
+            if (rti_cancelled(t->b->cancel))
+                return;
+        }
+        if (!split_range(t, &r, children)) {
+            write_leaf(t, &r, &pair);
+            continue;
+        }
+        put_box(&t->nodes[r.node], r.box);
+        t->nodes[r.node].child = pair;
+        children[0].node = pair++;
+        children[1].node = pair++;
+        stack[top++] = children[1];
+        stack[top++] = children[0];
+    }
+}
+
+/* ---- large ranges, level by level
+ * ----------------------------------------------------------------------------------------------- */
+
+static void bin_task(void *data, uint32_t index)
+{
+    build *job = data;
+    piece *p = &job->pieces[index];
+    const rti_bvh_range *r = &job->open[p->range];
+    if (!rti_cancelled(job->t.b->cancel))
+        rti_bvh_bin(&job->splits[p->range], job->t.refs[r->buffer] + p->begin, p->count, &p->bins);
+}
+
+static void choose_task(void *data, uint32_t index)
+{
+    build *job = data;
+    rti_bvh_split *s = &job->splits[index];
+    const rti_bvh_range *r = &job->open[index];
+    uint32_t first = job->first_piece[index], end = job->first_piece[index + 1];
+    uint32_t left = r->room_begin, right = r->room_end;
+    rti_bvh_bins bins;
+    if (rti_cancelled(job->t.b->cancel))
+        return;
+    bins = job->pieces[first].bins;
+    for (uint32_t i = first + 1; i < end; i++)
+        rti_bvh_bins_add(s, &bins, &job->pieces[i].bins);
+    rti_bvh_split_find(&job->t, &bins, s);
+    if (r->depth >= RTI_BVH_CAREFUL)
+        s->axis = 3;
+    for (uint32_t i = first; i < end && s->axis < 3; i++) {
+        piece *p = &job->pieces[i];
+        uint32_t n = rti_bvh_split_left(s, &p->bins);
+        p->left = left;
+        p->right = right;
+        p->mids[0] = p->mids[1] = rti_bvh_nothing();
+        left += n;
+        right -= p->count - n;
+    }
+}
+
+static void scatter_task(void *data, uint32_t index)
+{
+    build *job = data;
+    piece *p = &job->pieces[index];
+    const rti_bvh_range *r = &job->open[p->range];
+    const rti_bvh_split *s = &job->splits[p->range];
+    rti_ref *to = job->t.refs[r->buffer ^ 1u];
+    if (s->axis < 3 && !rti_cancelled(job->t.b->cancel))
+        rti_bvh_scatter(s, job->t.refs[r->buffer] + p->begin, p->count, to + p->left, to + p->right, p->mids);
+}
+
+static bool add_range(build *job, const rti_bvh_range *r)
+{
+    bool part = r->count <= job->part_limit;
+    rti_bvh_range **list = part ? &job->parts : &job->next;
+    size_t *count = part ? &job->part_count : &job->next_count, *capacity = part ? &job->part_capacity : &job->next_capacity;
+    if (!rti_reserve(job->t.ctx, (void **)list, capacity, *count, 1, sizeof *r))
+        return false;
+    (*list)[(*count)++] = *r;
+    return true;
+}
+
+static bool close_range(build *job, uint32_t index)
+{
+    const rti_bvh_range *r = &job->open[index];
+    const rti_bvh_split *s = &job->splits[index];
+    rti_bvh_range children[2];
+    if (!rti_reserve(job->t.ctx, (void **)&job->t.nodes, &job->t.node_capacity, job->t.top_count, 2, sizeof *job->t.nodes))
+        return false;
+    if (s->axis < 3) {
+        rti_bvh_box mids[2] = {rti_bvh_nothing(), rti_bvh_nothing()};
+        for (uint32_t i = job->first_piece[index]; i < job->first_piece[index + 1]; i++)
+            for (int k = 0; k < 2; k++)
+                rti_bvh_extend(&mids[k], job->pieces[i].mids[k]);
+        split_children(r, s, mids, children);
+    } else {
+        halve(&job->t, r, children);
+    }
+    put_box(&job->t.nodes[r->node], r->box);
+    job->t.nodes[r->node].child = job->t.top_count;
+    for (int i = 0; i < 2; i++) {
+        children[i].node = job->t.top_count++;
+        if (!add_range(job, &children[i]))
+            return false;
+    }
+    return true;
+}
+
+static void cut_pieces(build *job)
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < job->open_count; i++) {
+        const rti_bvh_range *r = &job->open[i];
+        job->first_piece[i] = n;
+        rti_bvh_split_begin(r, &job->splits[i]);
+        for (uint32_t at = 0; at < r->count; at += PIECE) {
+            piece *p = &job->pieces[n++];
+            p->range = i;
+            p->begin = r->begin + at;
+            p->count = r->count - at < PIECE ? r->count - at : PIECE;
+        }
+    }
+    job->first_piece[job->open_count] = n;
+}
+
+static rt_status build_level(build *job)
+{
+    rt_context *ctx = job->t.ctx;
+    rti_bvh_range *swap = job->open;
+    size_t swap_capacity = job->open_capacity;
+    rt_status status = RT_ERROR_MEMORY;
+    job->open = job->next;
+    job->open_capacity = job->next_capacity;
+    job->open_count = job->next_count;
+    job->next = swap;
+    job->next_capacity = swap_capacity;
+    job->next_count = 0;
+    job->piece_count = 0;
+    for (size_t i = 0; i < job->open_count; i++)
+        job->piece_count += (job->open[i].count + PIECE - 1) / PIECE;
+    job->splits = rti_alloc_array(ctx, job->open_count, sizeof *job->splits);
+    job->pieces = rti_alloc_array(ctx, job->piece_count, sizeof *job->pieces);
+    job->first_piece = rti_alloc_array(ctx, job->open_count + 1, sizeof *job->first_piece);
+    if (job->splits && job->pieces && job->first_piece) {
+        cut_pieces(job);
+        rti_parallel(ctx, job->piece_count, bin_task, job);
+        rti_parallel(ctx, (uint32_t)job->open_count, choose_task, job);
+        rti_parallel(ctx, job->piece_count, scatter_task, job);
+        status = rti_cancelled(job->t.b->cancel) ? RT_ERROR_CANCELLED : RT_OK;
+    }
+    for (uint32_t i = 0; i < job->open_count && status == RT_OK; i++)
+        status = close_range(job, i) ? RT_OK : RT_ERROR_MEMORY;
+    rti_free(ctx, job->splits, job->open_count * sizeof *job->splits);
+    rti_free(ctx, job->pieces, job->piece_count * sizeof *job->pieces);
+    rti_free(ctx, job->first_piece, (job->open_count + 1) * sizeof *job->first_piece);
+    return status;
+}
+
+/* ---- the whole
+ * ---------------------------------------------------------------------------------------------------------------------- */
+
+/* The parts' nodes stand behind those of the top; most of this room is never touched. */
+static bool grow_nodes(rti_bvh *t)
+{
+    size_t count = t->top_count + 2 * t->room;
+    rti_bvh_node *nodes = rti_alloc_array(t->ctx, count, sizeof *nodes);
+    if (!nodes)
+        return false;
+    memcpy(nodes, t->nodes, t->top_count * sizeof *nodes);
+    rti_free(t->ctx, t->nodes, t->node_capacity * sizeof *nodes);
+    t->nodes = nodes;
+    t->node_capacity = count;
+    return true;
+}
+
+static rt_status build_binary(build *job, const rti_bvh_range *root)
+{
+    rti_bvh *t = &job->t;
+    rt_status status = RT_OK;
+    if (!rti_reserve(t->ctx, (void **)&t->nodes, &t->node_capacity, 0, 1, sizeof *t->nodes) || !add_range(job, root))
+        return RT_ERROR_MEMORY;
+    t->top_count = 1;
+    while (status == RT_OK && job->next_count > 0)
+        status = build_level(job);
+    if (status != RT_OK)
+        return status;
+    if (!grow_nodes(t))
+        return RT_ERROR_MEMORY;
+    rti_parallel(t->ctx, (uint32_t)job->part_count, part_task, job);
+    return rti_cancelled(t->b->cancel) ? RT_ERROR_CANCELLED : RT_OK;
+}
+
+/* What leaves and their tests cost: settled here, for it depends on what the tree is over. */
+static void settle(rti_bvh *t)
+{
+    const rti_build *b = t->b;
+    float longest = 0.0f;
+    for (int a = 0; a < 3; a++)
+        longest = rtk_max(longest, b->in->hi[a] - b->in->lo[a]);
+    t->unit = longest > 1.0e-37f && longest <= 3.0e38f ? 1.0f / longest : 1.0f;
+    t->grow2 = rti_f4_set(2.0f * b->in->grow, 2.0f * b->in->grow, 2.0f * b->in->grow, 0.0f);
+    t->blocks = b->in->tri_count > 0 && b->builder != RTI_BUILD_BVH_COMPACT;
+    t->most = b->leaf_size;
+    t->together = t->blocks ? RTK_BVH_BLOCK : 1u;
+}
+
+rt_status rti_bvh_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size)
+{
+    build job = {.t = {.ctx = ctx, .b = b}};
+    rti_bvh *t = &job.t;
+    rti_bvh_range root;
+    rt_status status = RT_ERROR_MEMORY;
+    settle(t);
+    t->room = b->prim_count > 0 ? b->prim_count : 1;
+    t->refs[0] = rti_alloc_array(ctx, t->room, sizeof(rti_ref));
+    t->refs[1] = rti_alloc_array(ctx, t->room, sizeof(rti_ref));
+    t->order = rti_alloc_array(ctx, t->room, sizeof *t->order);
+    if (t->refs[0] && t->refs[1] && t->order)
+        status = make_refs(t, &root);
+    if (status == RT_OK && root.count > 0) {
+        job.part_limit = root.count / 128 > 1024 ? root.count / 128 : 1024;
+        status = build_binary(&job, &root);
+    }
+    if (status == RT_OK)
+        status = rti_bvh_write(t, root.count > 0 ? 0 : RTK_INVALID, start, chunk, size);
+    rti_free(ctx, t->refs[0], t->room * sizeof(rti_ref));
+    rti_free(ctx, t->refs[1], t->room * sizeof(rti_ref));
+    rti_free(ctx, t->order, t->room * sizeof *t->order);
+    rti_free(ctx, t->nodes, t->node_capacity * sizeof *t->nodes);
+    rti_free(ctx, job.open, job.open_capacity * sizeof *job.open);
+    rti_free(ctx, job.next, job.next_capacity * sizeof *job.next);
+    rti_free(ctx, job.parts, job.part_capacity * sizeof *job.parts);
+    return status;
+}

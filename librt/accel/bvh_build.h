@@ -1,0 +1,118 @@
+/* What the files of the BVH's builder share. Private to accel/.
+ *
+ * The builder makes a binary tree first (bvh_build.c: levels of large ranges by all workers together, then the small ones a task
+ * each), chooses splits in bvh_split.c, and folds the binary tree into nodes of eight while it writes the chunk (bvh_write.c).
+ * Everything that is decided depends on the references alone, never on who works on them.
+ */
+#ifndef RTI_BVH_BUILD_H
+#define RTI_BVH_BUILD_H
+
+#include "../kernel/bvh.h"
+#include "build.h"
+#include "f4.h"
+
+#define RTI_BVH_BINS 16u
+
+/* Below this depth ranges are halved whatever that costs: so no build gets deeper than RTI_BVH_BINARY, nor slower than n log n.
+ */
+#define RTI_BVH_CAREFUL 64u
+#define RTI_BVH_BINARY  (RTI_BVH_CAREFUL + 32u)
+
+typedef struct rti_bvh_box {
+    rti_f4 lo, hi; /* the fourth is anything */
+} rti_bvh_box;
+
+static inline rti_bvh_box rti_bvh_nothing(void)
+{
+    rti_bvh_box b = {rti_f4_set(RTK_INF, RTK_INF, RTK_INF, RTK_INF), rti_f4_set(-RTK_INF, -RTK_INF, -RTK_INF, -RTK_INF)};
+    return b;
+}
+
+static inline void rti_bvh_extend(rti_bvh_box *b, rti_bvh_box by)
+{
+    b->lo = rti_f4_min(b->lo, by.lo);
+    b->hi = rti_f4_max(b->hi, by.hi);
+}
+
+/* A node of the binary tree. count > 0: a leaf, `child` its first entry in order[]; else child and child + 1 are its children. */
+typedef struct rti_bvh_node {
+    float lo[3];
+    uint32_t child;
+    float hi[3];
+    uint32_t count;
+} rti_bvh_node;
+
+/* References that become a subtree: refs[buffer][begin ...]. They may use [room_begin, room_end) in both buffers, order[]
+ * likewise. */
+typedef struct rti_bvh_range {
+    rti_bvh_box box, mid; /* of the references, and of lo + hi of each */
+    uint32_t begin, count, room_begin, room_end;
+    uint32_t node, depth, buffer;
+} rti_bvh_range;
+
+/* How to split: by lo + hi into bins along an axis; those below `bin` go left. */
+typedef struct rti_bvh_split {
+    rti_f4 base, scale; /* bin = (lo + hi - base) * scale, cut to 0 ... bins - 1 */
+    uint32_t axis, bin, bins;
+    uint32_t left_count, right_count;
+    float cost; /* infinite: there is none */
+    rti_bvh_box left, right;
+} rti_bvh_split;
+
+typedef struct rti_bvh_bins {
+    rti_bvh_box box[3][RTI_BVH_BINS];
+    uint32_t count[3][RTI_BVH_BINS];
+} rti_bvh_bins;
+
+/* One build. */
+typedef struct rti_bvh {
+    rt_context *ctx;
+    const rti_build *b;
+    bool blocks;       /* leaves of triangles get them */
+    uint32_t most;     /* references of a leaf */
+    uint32_t together; /* references that cost as much as one */
+    rti_f4 grow2;      /* what boxes are grown by on both sides together */
+    float unit;        /* areas are relative to a cube of side 1 / unit */
+    rti_ref *refs[2];
+    size_t room;
+    uint32_t *order; /* primitives of leaves */
+    rti_bvh_node *nodes;
+    size_t node_capacity;
+    uint32_t top_count; /* nodes made before the parts; part nodes of a range start at top_count + 2 * room_begin */
+} rti_bvh;
+
+static inline float rti_bvh_area(const rti_bvh *t, rti_bvh_box b)
+{
+    rti_f4 unit = rti_f4_set(t->unit, t->unit, t->unit, 0.0f);
+    return rti_f4_area(rti_f4_mul(rti_f4_xyz(rti_f4_add(rti_f4_sub(b.hi, b.lo), t->grow2)), unit));
+}
+
+static inline rti_bvh_box rti_bvh_ref_box(const rti_ref *r)
+{
+    rti_bvh_box b = {rti_f4_load(r->lo), rti_f4_load(r->hi)};
+    return b;
+}
+
+static inline rti_f4 rti_bvh_mid(rti_bvh_box b)
+{
+    return rti_f4_xyz(rti_f4_add(b.lo, b.hi));
+}
+
+/* Bins for a range whose mids fill `mid`. */
+void rti_bvh_split_begin(const rti_bvh_range *range, rti_bvh_split *split);
+void rti_bvh_bin(const rti_bvh_split *split, const rti_ref *refs, uint32_t count, rti_bvh_bins *bins);
+void rti_bvh_bins_add(const rti_bvh_split *split, rti_bvh_bins *to, const rti_bvh_bins *from);
+/* The cheapest split of the bins; cost in areas times intersections, traversal left out. */
+void rti_bvh_split_find(const rti_bvh *t, const rti_bvh_bins *bins, rti_bvh_split *split);
+/* How many of what was binned go left. */
+uint32_t rti_bvh_split_left(const rti_bvh_split *split, const rti_bvh_bins *bins);
+/* Left ones go to `left` ascending, right ones to `right` - 1 descending; mids are extended. */
+void rti_bvh_scatter(const rti_bvh_split *split, const rti_ref *refs, uint32_t count, rti_ref *left, rti_ref *right,
+                     rti_bvh_box mids[2]);
+/* Cost of a leaf of so many, per area. */
+float rti_bvh_leaf_cost(const rti_bvh *t, uint32_t count);
+
+/* Folds the binary tree into a chunk. root: its node. */
+rt_status rti_bvh_write(const rti_bvh *t, uint32_t root, double start, void **chunk, size_t *size);
+
+#endif
