@@ -49,6 +49,9 @@ void rtl_check(lua_State *L, rtl_context *c, rt_status status);
 void rtl_account(lua_State *L, uint64_t bytes);
 /** Calls an empty function in the main state, where stock lua5.4 hangs its interrupt. [-0, +0], raises what the hook raised. */
 void rtl_breathe(lua_State *L);
+/** Runs call(data) on another thread, which must not touch L, and waits, breathing every 50 ms. When an interrupt is raised, cancel(data) is called until
+ *  the call has ended, and it is raised again; so are errors of the call. [-0, +0], raises. */
+void rtl_away(lua_State *L, rtl_context *c, rt_status (*call)(void *data), void (*cancel)(void *data), void *data);
 /** A class: its methods in __index, __gc and __close = release. [-0, +0] */
 void rtl_class(lua_State *L, const char *name, const luaL_Reg *methods, lua_CFunction release, lua_CFunction to_string);
 /** Functions of the module's C part. The table stands on the top of the stack. */

@@ -1,5 +1,7 @@
 #include "binding.h"
 
+#include <stdatomic.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,7 +15,16 @@ typedef struct items {
     char *data;
     size_t size, count, capacity;
     int failed;
+    atomic_bool stop; /* the call is to end */
 } items;
+
+/* What a call is made of. */
+typedef struct look {
+    const rt_scene *scene;
+    rt_tree_query query;
+    items *list;
+    void *counts;
+} look;
 
 static items *new_items(lua_State *L, size_t size)
 {
@@ -36,6 +47,9 @@ static int free_items(lua_State *L)
 /* 0, or 1 when there is no memory: the library's call then ends. */
 static int keep(items *list, const void *item)
 {
+    if (atomic_load_explicit(&list->stop, memory_order_relaxed)) {
+        return 1;
+    }
     if (list->count == list->capacity) {
         size_t capacity = list->capacity ? 2 * list->capacity : 64;
         char *data = capacity > SIZE_MAX / list->size ? NULL : realloc(list->data, capacity * list->size);
@@ -50,12 +64,18 @@ static int keep(items *list, const void *item)
     return 0;
 }
 
-static void check_kept(lua_State *L, rtl_context *c, const items *list, rt_status status)
+static void stop_items(void *data)
 {
-    if (list->failed) {
+    atomic_store(&((look *)data)->list->stop, true);
+}
+
+/* Makes a call of the library that keeps items, on a thread of its own. */
+static void look_away(lua_State *L, rtl_context *c, rt_status (*call)(void *), look *l)
+{
+    rtl_away(L, c, call, stop_items, l);
+    if (l->list->failed) {
         rtl_raise_text(L, "", RT_ERROR_MEMORY);
     }
-    rtl_check(L, c, status);
 }
 
 static void set_integer(lua_State *L, const char *key, uint64_t value)
@@ -106,6 +126,21 @@ static int keep_cell(void *user, const rt_tree_cell *cell)
     return keep(user, cell);
 }
 
+static rt_status cells_away(void *data)
+{
+    look *l = data;
+    rt_status status = rt_scene_tree_cells(l->scene, &l->query, keep_cell, l->list);
+    return l->list->failed ? RT_OK : status; /* of the memory look_away tells */
+}
+
+/* An interrupt ends a long list, too. */
+static void breathe_at(lua_State *L, size_t i)
+{
+    if (i % 8192 == 0) {
+        rtl_breathe(L);
+    }
+}
+
 static void push_cell(lua_State *L, const rt_tree_cell *c)
 {
     lua_createtable(L, 0, 9);
@@ -134,9 +169,11 @@ static int tree_cells(lua_State *L)
     rt_scene *scene = rtl_check_scene(L, 1, &c);
     rt_tree_query q = query_fields(L, 2);
     items *list = new_items(L, sizeof(rt_tree_cell));
-    check_kept(L, c, list, rt_scene_tree_cells(scene, &q, keep_cell, list));
+    look l = {scene, q, list, NULL};
+    look_away(L, c, cells_away, &l);
     lua_createtable(L, list->count < INT32_MAX ? (int)list->count : 0, 0);
     for (size_t i = 0; i < list->count; i++) {
+        breathe_at(L, i);
         push_cell(L, (const rt_tree_cell *)(const void *)list->data + i);
         lua_rawseti(L, -2, (lua_Integer)i + 1);
     }
@@ -163,13 +200,20 @@ static uint32_t place_of(uint64_t references)
 
 static int count_leaf(void *user, const rt_tree_cell *cell)
 {
-    counts *n = user;
+    const look *l = user;
+    counts *n = l->counts;
     uint32_t depth = cell->depth < DEPTHS ? cell->depth : DEPTHS - 1, place = place_of(cell->references);
     n->depth_leaves[depth]++;
     n->depth_references[depth] += cell->references;
     n->size_leaves[place]++;
     n->size_references[place] += cell->references;
-    return 0;
+    return atomic_load_explicit(&l->list->stop, memory_order_relaxed);
+}
+
+static rt_status count_away(void *data)
+{
+    look *l = data;
+    return rt_scene_tree_cells(l->scene, &l->query, count_leaf, l);
 }
 
 static void push_bar(lua_State *L, uint64_t low, uint64_t high, uint64_t leaves, uint64_t references)
@@ -203,7 +247,8 @@ static int tree_leaves(lua_State *L)
     rt_tree_query q = query_fields(L, 2);
     counts *n = lua_newuserdatauv(L, sizeof *n, 0);
     memset(n, 0, sizeof *n);
-    rtl_check(L, c, rt_scene_tree_cells(scene, &q, count_leaf, n));
+    look l = {scene, q, new_items(L, 1), n};
+    look_away(L, c, count_away, &l);
     lua_createtable(L, 0, 2);
     push_bars(L, n->depth_leaves, n->depth_references, DEPTHS, DEPTHS);
     lua_setfield(L, -2, "depths");
@@ -237,6 +282,13 @@ static int keep_piece(void *user, const rt_section *piece)
     return keep(user, piece);
 }
 
+static rt_status cut_away(void *data)
+{
+    look *l = data;
+    rt_status status = rt_scene_cut(l->scene, l->query.group, l->query.point, l->query.normal, keep_piece, l->list);
+    return l->list->failed ? RT_OK : status;
+}
+
 /* scene_cut(scene, query with point and normal) -> lines (f32, six numbers a piece), ids (u32, prim, geom, inst) */
 static int scene_cut(lua_State *L)
 {
@@ -244,7 +296,8 @@ static int scene_cut(lua_State *L)
     rt_scene *scene = rtl_check_scene(L, 1, &c);
     rt_tree_query q = query_fields(L, 2);
     items *list = new_items(L, sizeof(rt_section));
-    check_kept(L, c, list, rt_scene_cut(scene, q.group, q.point, q.normal, keep_piece, list));
+    look l = {scene, q, list, NULL};
+    look_away(L, c, cut_away, &l);
     rtl_buffer *lines = rtl_buffer_new(L, RTL_F32, 6 * list->count), *ids = rtl_buffer_new(L, RTL_U32, 3 * list->count);
     for (size_t i = 0; i < list->count; i++) {
         const rt_section *p = (const rt_section *)(const void *)list->data + i;
@@ -274,6 +327,7 @@ static int ray_costs(lua_State *L)
     rt_ray rays[BATCH];
     rt_ray_cost costs[BATCH];
     for (size_t first = 0; first < count; first += BATCH) {
+        breathe_at(L, first);
         size_t n = count - first < BATCH ? count - first : BATCH;
         for (size_t i = 0; i < n; i++) {
             const float *f = b->as.f32 + (first + i) * NUMBERS;
@@ -290,6 +344,27 @@ static int ray_costs(lua_State *L)
 }
 
 /* ---- explained pixels ---- */
+
+/* The state that an explanation breathes in, and whether it raised: what it raised stays on the stack. */
+typedef struct breath {
+    lua_State *L;
+    int raised;
+} breath;
+
+static int breathe(lua_State *L)
+{
+    rtl_breathe(L);
+    return 0;
+}
+
+static int on_progress(void *user, float done)
+{
+    breath *b = user;
+    (void)done;
+    lua_pushcfunction(b->L, breathe);
+    b->raised = lua_pcall(b->L, 0, 0, 0) != LUA_OK;
+    return b->raised;
+}
 
 static int keep_ray(void *user, const rt_explained_ray *ray)
 {
@@ -373,7 +448,17 @@ static int explain(lua_State *L)
     rtl_field_u32(L, 3, "first_sample", &e.first_sample);
     rtl_field_u32(L, 3, "sample_count", &e.sample_count);
     items *list = new_items(L, sizeof(rt_explained_ray));
-    check_kept(L, c, list, rt_render_explain(scene, &d, &e, keep_ray, list, &p));
+    breath b = {L, 0};
+    e.progress = on_progress;
+    e.user = &b;
+    luaL_checkstack(L, 8, "out of stack");
+    rt_status status = rt_render_explain(scene, &d, &e, keep_ray, list, &p);
+    if (b.raised) {
+        return lua_error(L);
+    } else if (list->failed) {
+        return rtl_raise_text(L, "", RT_ERROR_MEMORY);
+    }
+    rtl_check(L, c, status);
     lua_createtable(L, 0, 7);
     set_integer(L, "samples", p.samples);
     set_number(L, "unit", p.unit);
@@ -388,6 +473,7 @@ static int explain(lua_State *L)
     set_integer(L, "dropped", p.dropped);
     lua_createtable(L, (int)p.rays, 0);
     for (size_t i = 0; i < list->count; i++) {
+        breathe_at(L, i);
         push_ray(L, (const rt_explained_ray *)(const void *)list->data + i);
         lua_rawseti(L, -2, (lua_Integer)i + 1);
     }

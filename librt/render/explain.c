@@ -375,9 +375,18 @@ static rt_status tell(recorder *r, rt_explained_ray_fn fn, void *user, rt_explai
     return RT_OK;
 }
 
-static rt_status run(recorder *r)
+static rt_status run(recorder *r, const rt_explain_desc *e)
 {
     rt_status status = rti_job_run(r->job);
+    float done;
+    while (status == RT_OK && e->progress && rt_job_wait(r->job, 0.05) == RT_JOB_RUNNING) {
+        rt_job_poll(r->job, &done);
+        if (e->progress(e->user, done) == 0)
+            continue;
+        rt_job_cancel(r->job);
+        rt_job_wait(r->job, -1);
+        return rti_fail(r->job->ctx, RT_ERROR_CANCELLED, "%s: the callback ended it", what);
+    }
     if (status == RT_OK && rt_job_wait(r->job, -1) != RT_JOB_DONE)
         status = r->failed ? rti_fail_memory(r->job->ctx, what, r->count * sizeof *r->rays) : rt_job_status(r->job);
     return status;
@@ -427,7 +436,7 @@ static rt_status explain(rt_context *ctx, rti_snapshot *snapshot, const rt_rende
     status = make_arrays(&r, stack, batch);
     if (status == RT_OK) {
         look_on(&r);
-        status = run(&r);
+        status = run(&r, e);
     }
     if (status == RT_OK)
         status = tell(&r, fn, user, pixel);

@@ -270,6 +270,16 @@ end }]])
     assert.equal(1, #json({ "tree", path, "--frame", "1", "--tracer", "kdtree" }).trees)
   end)
 
+  it("is ended by a signal", function()
+    local place = support.folder()
+    support.write(place .. "/long.lua", (support.read(scene):gsub("^", "io.stderr:write 'it runs'\n")))
+    for _, args in ipairs { { "pixel", "long.lua", "30,20", "-n", "65536", "--shadow-samples", "4096" }, { "tree", "long.lua", "--size", "8000x6000" } } do
+      local r = support.ended(args, "INT", 'grep -q "it runs" "$LOG"', place)
+      assert.same({ true, 130 }, { r.met, r.status }, r.err)
+      assert.truthy(r.err:find(args[1] .. ": interrupted", 1, true), r.err)
+    end
+  end)
+
   it("is strict about its place", function()
     for _, where in ipairs { "30", "30,", ",20", "a,b", "30,20,1", "-1,2", "1.5,2", "30, 20", "0x1,2", "99999999999999999999,1" } do
       local r = rtray { "pixel", scene, "--", where }

@@ -22,6 +22,48 @@ local function scene()
   }
 end
 
+-- Calls f, and raises "stop" inside of the binding's function `name` at the `count`th call that a hook sees there: what an interrupt does.
+local function interrupted(name, count, f)
+  local core = require "rt.core"
+  local original, seen = core[name], 0
+  core[name] = function(...)
+    debug.sethook(function()
+      local called = debug.getinfo(2, "f").func
+      seen = seen + (called ~= debug.sethook and called ~= original and 1 or 0)
+      if seen == count then
+        debug.sethook()
+        error("stop", 0)
+      end
+    end, "c")
+    local a, b = original(...)
+    debug.sethook()
+    return a, b
+  end
+  local ok, raised = pcall(f)
+  debug.sethook()
+  core[name] = original
+  assert.same({ false, "stop" }, { ok, raised })
+end
+
+describe("an interrupt", function()
+  it("ends what takes long, and the scene is as it was", function()
+    local s = rt.scene {
+      settings = { width = 24, height = 16, samples = 65536, shadow_samples = 16 }, rt.sphere_light { at = { 3, 4, 5 }, radius = 1 },
+      camera = rt.camera { eye = { 0.5, 0.5, 4 }, look_at = { 0.5, 0.5, 0 }, fov = 20 }, balls(),
+    }
+    local hash, cells = s:hash(), #s:tree_cells { tracer = "kdtree" }
+    interrupted("explain", 2, function() s:explain(12, 8, { sample = 0 }) end)
+    interrupted("tree_cells", 1, function() s:tree_cells { tracer = "kdtree" } end)
+    local rays = rt.buffer("f32", 8 * 20000)
+    for i = 0, 19999 do
+      rays[8 * i + 3], rays[8 * i + 7], rays[8 * i + 8] = 4, -1, 100
+    end
+    interrupted("ray_costs", 3, function() s:ray_costs(rays, { tracer = "kdtree" }) end)
+    assert.same({ hash, cells }, { s:hash(), #s:tree_cells { tracer = "kdtree" } })
+    assert.equal(65536, s:explain(12, 8, { sample = 0, shadow_samples = 1 }).samples)
+  end)
+end)
+
 describe("trees", function()
   it("give their cells", function()
     local s = scene()

@@ -313,6 +313,42 @@ static void test_refused(void **state)
     rt_context_destroy(ctx);
 }
 
+static int count_calls(void *user, float done)
+{
+    int *calls = user;
+    assert_true(done >= 0 && done <= 1);
+    return ++*calls == 2;
+}
+
+/* 65536 samples with 64 shadow rays a hit: seconds, of which it sees a tenth. */
+static void test_ended(void **state)
+{
+    rt_context *ctx = make_context(1);
+    rt_scene *s = kit_scene(ctx);
+    rt_render_desc d = settings(20, 16, 65536, "whitted");
+    rt_explain_desc e = at(10, 8);
+    rt_explained_pixel p;
+    told t = {0};
+    int calls = 0;
+    (void)state;
+    add_everything(s);
+    kit_ok(ctx, rt_scene_commit(s, NULL));
+    d.shadow_samples = 64;
+    e.sample_count = 1;
+    e.progress = count_calls;
+    e.user = &calls;
+    assert_int_equal(rt_render_explain(s, &d, &e, keep, &t, &p), RT_ERROR_CANCELLED);
+    kit_says(ctx, "the callback ended it");
+    assert_int_equal(calls, 2);
+    assert_int_equal(t.count, 0);
+    d.samples = 4;
+    kit_ok(ctx, rt_render_explain(s, &d, &e, keep, &t, &p));
+    assert_true(t.count > 0 && p.samples == 4);
+    free(t.rays);
+    rt_scene_destroy(s);
+    rt_context_destroy(ctx);
+}
+
 static void test_no_memory(void **state)
 {
     kit_memory m = {0};
@@ -345,9 +381,9 @@ static void test_no_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_integrator), cmocka_unit_test(test_settings),  cmocka_unit_test(test_lens),
-        cmocka_unit_test(test_many_samples),     cmocka_unit_test(test_samples),   cmocka_unit_test(test_known),
-        cmocka_unit_test(test_refused),          cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_every_integrator), cmocka_unit_test(test_settings), cmocka_unit_test(test_lens),
+        cmocka_unit_test(test_many_samples),     cmocka_unit_test(test_samples),  cmocka_unit_test(test_known),
+        cmocka_unit_test(test_refused),          cmocka_unit_test(test_ended),    cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

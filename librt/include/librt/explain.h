@@ -48,6 +48,9 @@ typedef struct rt_explain_desc {
     uint32_t struct_size;
     uint32_t x, y;                       /**< pixel of the whole image, y from the top */
     uint32_t first_sample, sample_count; /**< rays of these samples are told; count 0: all from the first on. The sums are of all samples */
+    int (*progress)(void *user, float done); /**< NULL, or called about every 50 ms on the calling thread while rays are traced, done 0 ... 1 (of a
+                                                  pixel: mostly 0); non-zero ends it */
+    void *user;
 } rt_explain_desc;
 RT_API rt_explain_desc rt_explain_desc_default(void);
 
@@ -57,7 +60,7 @@ typedef int (*rt_explained_ray_fn)(void *user, const rt_explained_ray *ray);
 /** Renders one pixel of the image that `desc` describes and tells how it came about: fn is called for each ray, on the calling thread, when all are traced.
  *  desc     as for rt_render; crop, pixels, pixels_stride, workers, tile and schedule mean nothing here
  *  pixel    may be NULL
- *  Errors   ARGUMENT (the pixel lies outside, no such sample), STATE, MEMORY, MEMORY_LIMIT, CANCELLED (fn ended it)
+ *  Errors   ARGUMENT (the pixel lies outside, no such sample), STATE, MEMORY, MEMORY_LIMIT, CANCELLED (fn or progress ended it)
  *  Threads  any; memory about 250 bytes a ray */
 RT_API rt_status rt_render_explain(rt_scene *scene, const rt_render_desc *desc, const rt_explain_desc *what, rt_explained_ray_fn fn, void *user,
                                    rt_explained_pixel *pixel);
