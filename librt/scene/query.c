@@ -7,7 +7,7 @@
 #include "gather.h"
 #include "parts.h"
 
-#define CHUNK  256u /* rays at a time: 15 KiB of blocks */
+#define CHUNK  1024u /* rays at a time: 60 KiB of blocks */
 #define BLOCKS (CHUNK / RTK_BLOCK)
 
 typedef struct blocks {
@@ -50,7 +50,7 @@ void rt_scene_intersect_at(const rt_scene *scene, const rt_ray *rays, const floa
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
         rti_gather(rays + at, n, b.rays);
         scratch.times = times ? times + at : NULL;
-        s->tracer->intersect(&s->view, b.rays, b.hits, n, 0, &scratch);
+        s->tracer->intersect(&s->view, b.rays, b.hits, n, rti_guess(b.rays, n), &scratch);
         rti_scatter(b.hits, n, hits + at);
     }
     for (size_t i = 0; !s && i < count; i++)
@@ -76,7 +76,7 @@ void rt_scene_occluded_at(const rt_scene *scene, const rt_ray *rays, const float
         if (s) {
             rti_gather(rays + at, n, b.rays);
             scratch.times = times ? times + at : NULL;
-            s->tracer->occluded(&s->view, b.rays, bits, n, 0, &scratch);
+            s->tracer->occluded(&s->view, b.rays, bits, n, rti_guess(b.rays, n), &scratch);
         }
         for (uint32_t i = 0; i < n; i++)
             occluded[at + i] = (uint8_t)((bits[i / RTK_BLOCK] >> (i % RTK_BLOCK)) & 1u);

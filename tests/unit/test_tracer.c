@@ -6,6 +6,8 @@
 
 #include "librt/render.h"
 #include "librt/trace.h"
+#include "scene/gather.h"
+#include "scene/parts.h"
 
 enum { MOST = 2500 };
 
@@ -247,12 +249,41 @@ static void triangles_come_out(void **state)
     rt_context_destroy(ctx);
 }
 
+/* The guess about rays that come without a word. */
+static void coherence_is_seen(void **state)
+{
+    static _Alignas(64) rtk_trace_block b[16];
+    rt_ray rays[256];
+    uint32_t seed = 1;
+    (void)state;
+    for (uint32_t i = 0; i < 256; i++)
+        rays[i] = kit_ray(1, 2, 3, (float)(i % 16) - 8.5f, (float)(i / 16) - 7.5f, -20);
+    rti_rays_gather(rays, 256, b);
+    assert_int_equal(rti_guess(b, 256), 0); /* rows of sixteen cross the middle */
+    for (uint32_t i = 0; i < 256; i++)
+        rays[i].dir.x = (float)(i % 4) + 4 * (float)(i / 16 % 4) - 8; /* the first three quarters of 16 wide go left */
+    rti_rays_gather(rays, 256, b);
+    assert_int_equal(rti_guess(b, 256), RT_RAYS_COHERENT | RT_RAYS_COMMON_ORIGIN);
+    assert_int_equal(rti_guess(b, 250), RT_RAYS_COHERENT | RT_RAYS_COMMON_ORIGIN);
+    b[15].ox[9] = 1.5f;
+    assert_int_equal(rti_guess(b, 249), RT_RAYS_COHERENT | RT_RAYS_COMMON_ORIGIN); /* a lane behind the count */
+    assert_int_equal(rti_guess(b, 250), RT_RAYS_COHERENT);
+    for (uint32_t i = 0; i < 256; i++) {
+        seed = seed * 1664525u + 1013904223u;
+        rays[i] =
+            kit_ray(0, 0, 0, (float)(seed >> 8 & 255) - 127.5f, (float)(seed >> 16 & 255) - 127.5f, (float)(seed >> 24) - 127.5f);
+    }
+    rti_rays_gather(rays, 256, b);
+    assert_int_equal(rti_guess(b, 256), 0);
+    assert_int_equal(rti_guess(b, 1), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_way_gives_the_same), cmocka_unit_test(a_tracer_holds_its_snapshot),
         cmocka_unit_test(what_is_wrong_is_said),    cmocka_unit_test(memory_may_lack),
-        cmocka_unit_test(triangles_come_out),
+        cmocka_unit_test(triangles_come_out),       cmocka_unit_test(coherence_is_seen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -36,7 +36,8 @@ typedef struct rt_tracer_info {
 /** Errors none. Threads any. */
 RT_API void rt_tracer_get_info(const rt_tracer *tracer, rt_tracer_info *info);
 
-/** What is known of the rays of one call. A hint never changes an answer; a wrong one costs time. */
+/** What is known of the rays of one call. A hint never changes an answer; a wrong one costs time. Without a hint nothing is known; rt_scene_intersect and
+ *  rt_scene_occluded, which take none, look at the rays themselves. */
 enum {
     RT_RAYS_COHERENT = 1,     /**< neighbours in the array start near each other and run nearly alike: of a camera, or towards one point */
     RT_RAYS_COMMON_ORIGIN = 2 /**< all rays start at exactly the same point */

@@ -112,6 +112,18 @@ static double rate(const bench_options *o, const bench_row *r)
     return o->wall ? r->wall : r->cpu;
 }
 
+/* By wall time, over the same entrant's row of the first number of threads. */
+static double speed_up(const bench_row *rows, uint32_t count, const bench_row *row)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const bench_entrant *e = &rows[i].entrant, *x = &row->entrant;
+        if (rows[i].thread_index == 0 && strcmp(e->program, x->program) == 0 && strcmp(e->tracer, x->tracer) == 0 &&
+            strcmp(e->input, x->input) == 0 && strcmp(e->quality, x->quality) == 0 && e->robust == x->robust && rows[i].wall > 0)
+            return row->wall / rows[i].wall;
+    }
+    return 0;
+}
+
 static void set_table(FILE *out, const bench_options *o, const bench_row *rows, uint32_t count)
 {
     static const char *const names[] = {"program",    "tracer",     "input", "builder", "robust", "threads", "Mrays/s",
@@ -137,7 +149,10 @@ static void set_table(FILE *out, const bench_options *o, const bench_row *rows, 
         if (r->brute_rays > 0)
             PUT(11, "%llu of %llu", (unsigned long long)r->brute_differ, (unsigned long long)r->brute_rays);
         if (r->ceiling > 0)
-            snprintf(cells[5], WORD, "%u (%.3f of %.1f)", r->threads, r->wall / r->ceiling, r->ceiling);
+            snprintf(cells[5], WORD, "%u (x%.2f, %.3f of %.1f)", r->threads, speed_up(rows, count, r), r->wall / r->ceiling,
+                     r->ceiling);
+        else if (r->threads > 1)
+            snprintf(cells[5], WORD, "%u (x%.2f)", r->threads, speed_up(rows, count, r));
     }
     grid_print(out, &g, 5);
 }
