@@ -1,7 +1,8 @@
 /* A tracer's two functions, from one body compiled once a mode.
  *
  * Template. The including file defines RTI_TRACER_NAME; RTI_MODE_INL, the body: it defines RTK_NAME(rays) for the mode RTK_MODE
- * (single.inl is the one for one ray at a time); and what that asks for.
+ * (single.inl is the one for one ray at a time); and what that asks for. RTI_PACKET_INL, if it is defined, gives RTK_NAME(packets)
+ * for closest and any hit of coherent batches.
  */
 #include "lane.h"
 #include "tracers.h"
@@ -12,9 +13,15 @@
 
 #define RTK_MODE 0
 #include RTI_MODE_INL
+#ifdef RTI_PACKET_INL
+#include RTI_PACKET_INL
+#endif
 #undef RTK_MODE
 #define RTK_MODE 1 /* any */
 #include RTI_MODE_INL
+#ifdef RTI_PACKET_INL
+#include RTI_PACKET_INL
+#endif
 #undef RTK_MODE
 #define RTK_MODE 2 /* after */
 #include RTI_MODE_INL
@@ -29,6 +36,11 @@
 #include RTI_MODE_INL
 #undef RTK_MODE
 
+#ifdef RTI_PACKET_INL
+#define PACKETS(mode, hits, occluded) JOIN(RTI_TRACER_NAME, packets, mode)(scene, rays, hits, occluded, count, scratch)
+#else
+#define PACKETS RAYS
+#endif
 #define RAYS(mode, hits, occluded) JOIN(RTI_TRACER_NAME, rays, mode)(scene, rays, hits, occluded, count, scratch)
 
 void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, intersect))(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
@@ -37,7 +49,10 @@ void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, intersect))(const rtk_scene *sc
     scratch->stats.rays += count;
     switch (flags & (RTI_TRACE_AFTER | RTI_TRACE_STEPS)) {
     case 0:
-        RAYS(0, hits, NULL);
+        if (flags & RTI_TRACE_COHERENT)
+            PACKETS(0, hits, NULL);
+        else
+            RAYS(0, hits, NULL);
         break;
     case RTI_TRACE_AFTER:
         RAYS(2, hits, NULL);
@@ -56,6 +71,8 @@ void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, occluded))(const rtk_scene *sce
     scratch->stats.rays += count;
     if (flags & RTI_TRACE_STEPS)
         RAYS(5, NULL, occluded);
+    else if (flags & RTI_TRACE_COHERENT)
+        PACKETS(1, NULL, occluded);
     else
         RAYS(1, NULL, occluded);
 }

@@ -59,6 +59,26 @@ static void fill(batch *b, const test_targets *t, test_rng *rng)
     fill_kinds(b, t, rng, 0, TEST_RAY_KINDS);
 }
 
+/* The rays of a block become a beam about its first one, which was aimed at something: what packets are made for. */
+static void make_beams(batch *b, test_rng *rng)
+{
+    for (uint32_t i = 0; i < BATCH; i++) {
+        rtk_trace_block *r = &b->rays[i / RTK_BLOCK];
+        uint32_t k = i % RTK_BLOCK;
+        float spread = (i / RTK_BLOCK % 4 == 0 ? 0.3f : 0.003f) * (fabsf(r->dx[0]) + fabsf(r->dy[0]) + fabsf(r->dz[0]));
+        if (k == 0 || !(spread < 1.0e18f))
+            continue;
+        r->ox[k] = r->ox[0];
+        r->oy[k] = r->oy[0];
+        r->oz[k] = r->oz[0];
+        r->dx[k] = r->dx[0] + test_range(rng, -spread, spread);
+        r->dy[k] = r->dy[0] + test_range(rng, -spread, spread);
+        r->dz[k] = r->dz[0] + test_range(rng, -spread, spread);
+        r->tmin[k] = k % 5 ? r->tmin[0] : r->tmin[k];
+        r->tmax[k] = k % 7 ? r->tmax[0] : r->tmax[k];
+    }
+}
+
 static void same_hits(const batch *b, const char *what, const char *name, const rtk_hit_block *x, const rtk_hit_block *y)
 {
     if (memcmp(x, y, sizeof b->hits) == 0)
@@ -77,6 +97,22 @@ static void same_hits(const batch *b, const char *what, const char *name, const 
                  r->mask[k], p->t[k], p->prim[k], p->geom[k], p->inst[k], q->t[k], q->prim[k], q->geom[k], q->inst[k]);
     }
     fail_msg("%s, %s: hits differ in bits only (a NaN or a zero's sign)", what, name);
+}
+
+/* Closest and any hits of one tracer, asked as a coherent batch, against the judge's; some rays are left out behind the count. */
+static void compare_coherent(batch *b, const rtk_scene *s, const rti_tracer *judge, const rti_tracer *tracer, const char *what)
+{
+    rti_scratch scratch = {.times = b->times};
+    judge->intersect(s, b->rays, b->hits, BATCH, 0, &scratch);
+    memcpy(b->other, b->hits, sizeof b->hits);
+    tracer->intersect(s, b->rays, b->other, BATCH - 5, RTI_TRACE_COHERENT, &scratch);
+    same_hits(b, what, tracer->name, b->hits, b->other);
+    tracer->occluded(s, b->rays, b->occluded_other, BATCH - 5, RTI_TRACE_COHERENT, &scratch);
+    for (uint32_t i = 0; i < BATCH - 5; i++)
+        if ((b->occluded_other[i / RTK_BLOCK] >> i % RTK_BLOCK & 1u) !=
+            (b->hits[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID))
+            fail_msg("%s, %s: ray %u (kind %d) of a coherent batch: any hit and closest hit disagree", what, tracer->name, i,
+                     b->kinds[i]);
 }
 
 /* The judge's answers against one tracer's, for the batch's rays. */
@@ -123,6 +159,13 @@ static void sweep(const test_world *w, const rti_tracer *judge, uint64_t count, 
         judge->intersect(&w->scene, b.rays, b.hits, BATCH, 0, &(rti_scratch){0});
         for (uint32_t i = 0; i < BATCH; i++)
             hits += b.hits[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;
+        for (int beams = 0; beams < 2; beams++) {
+            if (beams)
+                make_beams(&b, &rng);
+            for (uint32_t i = 0; i < rti_tracer_count(); i++)
+                if (rti_tracer_at(test_isa(), i)->tree != RTK_TREE_NONE)
+                    compare_coherent(&b, &w->scene, judge, rti_tracer_at(test_isa(), i), what);
+        }
     }
     test_targets_free(&t);
     if (hits * 10 < done)
