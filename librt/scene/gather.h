@@ -87,11 +87,14 @@ static inline void rti_gather_four(const rt_ray *rays, rtk_trace_block *b, uint3
 static inline void rti_scatter_four(const rtk_hit_block *b, uint32_t k, rt_hit *hits)
 {
     rti_row r[4] = {rti_row_load(&b->t[k]), rti_row_load(&b->u[k]), rti_row_load(&b->v[k]), rti_row_load(&b->prim[k])};
+    rti_row geom = rti_row_load(&b->geom[k]), inst = rti_row_load(&b->inst[k]);
+    rti_row low = __builtin_shufflevector(geom, inst, 0, 4, 1, 5), high = __builtin_shufflevector(geom, inst, 2, 6, 3, 7);
     rti_row_turn(r);
     for (uint32_t i = 0; i < 4; i++) {
+        uint32_t ids[4];
+        rti_row_store(ids, i < 2 ? low : high);
         rti_row_store(&hits[i], r[i]);
-        hits[i].geom_id = b->geom[k + i];
-        hits[i].inst_id = b->inst[k + i];
+        memcpy(&hits[i].geom_id, ids + i % 2 * 2, 2 * sizeof *ids);
     }
 }
 #endif
@@ -108,46 +111,46 @@ static inline void rti_gather(const rt_ray *rays, uint32_t count, rtk_trace_bloc
         rti_gather_one(rays + i, &out[i / RTK_BLOCK], i % RTK_BLOCK);
 }
 
-/* Do the block's first n rays point into one octant? Sixteen rays without order hardly ever do. */
-static inline int rti_one_octant(const rtk_trace_block *b, uint32_t n)
+/* Do all sixteen rays point into one octant? Those without order hardly ever do. Written so that compilers make vectors of it, as the next one. */
+static inline int rti_one_octant(const rtk_trace_block *b)
 {
-    uint32_t first = 0, other = 0;
-    for (uint32_t i = 0; i < RTK_BLOCK; i++) {
-        uint32_t k = i < n ? i : 0;
-        uint32_t octant = (rtk_bits(b->dx[k]) >> 31) | (rtk_bits(b->dy[k]) >> 31) << 1 | (rtk_bits(b->dz[k]) >> 31) << 2;
-        first = i == 0 ? octant : first;
-        other |= octant ^ first;
-    }
-    return other == 0;
+    uint32_t other = 0, x = rtk_bits(b->dx[0]), y = rtk_bits(b->dy[0]), z = rtk_bits(b->dz[0]);
+    for (uint32_t i = 0; i < RTK_BLOCK; i++)
+        other |= (rtk_bits(b->dx[i]) ^ x) | (rtk_bits(b->dy[i]) ^ y) | (rtk_bits(b->dz[i]) ^ z);
+    return !(other >> 31);
 }
 
-/* Are all of the block's rays of the one origin? */
-static inline int rti_one_origin(const rtk_trace_block *b, uint32_t n, float x, float y, float z)
+/* Do all rays start at the same point, bit for bit? */
+static inline int rti_one_origin(const rtk_trace_block *b, size_t count)
 {
-    int other = 0;
-    for (uint32_t i = 0; i < RTK_BLOCK; i++) {
-        uint32_t k = i < n ? i : 0;
-        other |= b->ox[k] != x || b->oy[k] != y || b->oz[k] != z;
+    uint32_t x = rtk_bits(b[0].ox[0]), y = rtk_bits(b[0].oy[0]), z = rtk_bits(b[0].oz[0]);
+    for (size_t k = 0; k < count / RTK_BLOCK; k++) {
+        uint32_t other = 0;
+        for (uint32_t i = 0; i < RTK_BLOCK; i++)
+            other |= (rtk_bits(b[k].ox[i]) ^ x) | (rtk_bits(b[k].oy[i]) ^ y) | (rtk_bits(b[k].oz[i]) ^ z);
+        if (other)
+            return 0;
     }
-    return !other;
+    for (size_t i = count / RTK_BLOCK * RTK_BLOCK; i < count; i++) {
+        const rtk_trace_block *last = &b[i / RTK_BLOCK];
+        if (rtk_bits(last->ox[i % RTK_BLOCK]) != x || rtk_bits(last->oy[i % RTK_BLOCK]) != y || rtk_bits(last->oz[i % RTK_BLOCK]) != z)
+            return 0;
+    }
+    return 1;
 }
 
-/* What rays look like of which nobody has said anything: coherent when of three quarters of the blocks each points into one octant. A wrong guess costs time,
- * never a hit; it takes about a nanosecond a ray. */
+/* What rays look like of which nobody has said anything: coherent when in three quarters of the whole blocks, looking at every third, all rays point into one
+ * octant. A wrong guess costs time, never a hit; the looking takes about a nanosecond a ray. */
 static inline uint32_t rti_guess(const rtk_trace_block *b, uint32_t count)
 {
-    uint32_t blocks = (count + RTK_BLOCK - 1) / RTK_BLOCK, alike = 0;
-    int one = 1;
-    if (count < RTK_BLOCK)
-        return 0;
-    for (uint32_t i = 0; i < blocks; i++) {
-        uint32_t n = count - i * RTK_BLOCK < RTK_BLOCK ? count - i * RTK_BLOCK : RTK_BLOCK;
-        alike += rti_one_octant(&b[i], n) ? 1u : 0u;
-        one = one && rti_one_origin(&b[i], n, b[0].ox[0], b[0].oy[0], b[0].oz[0]);
+    uint32_t blocks = count / RTK_BLOCK, seen = 0, alike = 0;
+    for (uint32_t i = 0; i < blocks; i += 3) {
+        alike += rti_one_octant(&b[i]) ? 1u : 0u;
+        seen++;
     }
-    if (4 * alike < 3 * blocks)
+    if (blocks == 0 || 4 * alike < 3 * seen)
         return 0;
-    return RTI_TRACE_COHERENT | (one ? RTI_TRACE_COMMON_ORIGIN : 0u);
+    return RTI_TRACE_COHERENT | (rti_one_origin(b, count) ? RTI_TRACE_COMMON_ORIGIN : 0u);
 }
 
 static inline void rti_scatter(const rtk_hit_block *blocks, uint32_t count, rt_hit *hits)

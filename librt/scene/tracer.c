@@ -21,8 +21,6 @@ _Static_assert(sizeof(rt_hit_block) == sizeof(rtk_hit_block) && SAME(t, t) && SA
                "and so is a block of hits");
 _Static_assert(RT_RAYS_COHERENT == RTI_TRACE_COHERENT && RT_RAYS_COMMON_ORIGIN == RTI_TRACE_COMMON_ORIGIN, "hints are flags");
 
-#define HINTS (RTI_TRACE_COHERENT | RTI_TRACE_COMMON_ORIGIN)
-
 struct rt_tracer {
     rti_snapshot *snapshot;
     const rti_tracer *how;
@@ -90,6 +88,15 @@ void rt_tracer_get_info(const rt_tracer *tracer, rt_tracer_info *info)
     rti_snapshot_each(tracer->snapshot, count_chunk, &t);
 }
 
+/* Flags for a tracer, which may count on the one origin: a wrong hint must not reach it. */
+static uint32_t flags_of(uint32_t hints, const rtk_trace_block *rays, size_t count)
+{
+    uint32_t flags = hints & RTI_TRACE_COHERENT;
+    if (hints & RTI_TRACE_COMMON_ORIGIN && count > 0 && rti_one_origin(rays, count))
+        flags |= RTI_TRACE_COMMON_ORIGIN;
+    return flags;
+}
+
 void rt_tracer_intersect(const rt_tracer *tracer, const rt_ray *rays, rt_hit *hits, size_t count, uint32_t hints)
 {
     _Alignas(64) rtk_trace_block in[CHUNK / RTK_BLOCK];
@@ -99,7 +106,7 @@ void rt_tracer_intersect(const rt_tracer *tracer, const rt_ray *rays, rt_hit *hi
     for (size_t at = 0; at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
         rti_gather(rays + at, n, in);
-        tracer->how->intersect(&tracer->snapshot->view, in, out, n, hints & HINTS, &scratch);
+        tracer->how->intersect(&tracer->snapshot->view, in, out, n, flags_of(hints, in, n), &scratch);
         rti_scatter(out, n, hits + at);
     }
     rti_fp_leave(env);
@@ -114,7 +121,7 @@ void rt_tracer_occluded(const rt_tracer *tracer, const rt_ray *rays, uint8_t *oc
     for (size_t at = 0; at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
         rti_gather(rays + at, n, in);
-        tracer->how->occluded(&tracer->snapshot->view, in, bits, n, hints & HINTS, &scratch);
+        tracer->how->occluded(&tracer->snapshot->view, in, bits, n, flags_of(hints, in, n), &scratch);
         for (uint32_t i = 0; i < n; i++)
             occluded[at + i] = (uint8_t)((bits[i / RTK_BLOCK] >> (i % RTK_BLOCK)) & 1u);
     }
@@ -131,9 +138,10 @@ void rt_tracer_intersect_blocks(const rt_tracer *tracer, const rt_ray_block *ray
     rtk_hit_block *out = (rtk_hit_block *)(void *)hits;
     rti_fpenv env = rti_fp_enter();
     rti_scratch scratch = {.steps = NULL};
+    hints = flags_of(hints, in, count);
     for (size_t at = 0; at < count; at += PIECE) {
         uint32_t n = count - at < PIECE ? (uint32_t)(count - at) : PIECE;
-        tracer->how->intersect(&tracer->snapshot->view, in + at / RTK_BLOCK, out + at / RTK_BLOCK, n, hints & HINTS, &scratch);
+        tracer->how->intersect(&tracer->snapshot->view, in + at / RTK_BLOCK, out + at / RTK_BLOCK, n, hints, &scratch);
     }
     rti_fp_leave(env);
 }
@@ -144,10 +152,10 @@ void rt_tracer_occluded_blocks(const rt_tracer *tracer, const rt_ray_block *rays
     const rtk_trace_block *in = (const rtk_trace_block *)(const void *)rays;
     rti_fpenv env = rti_fp_enter();
     rti_scratch scratch = {.steps = NULL};
+    hints = flags_of(hints, in, count);
     for (size_t at = 0; at < count; at += PIECE) {
         uint32_t n = count - at < PIECE ? (uint32_t)(count - at) : PIECE;
-        tracer->how->occluded(&tracer->snapshot->view, in + at / RTK_BLOCK, occluded + at / RTK_BLOCK, n, hints & HINTS,
-                              &scratch);
+        tracer->how->occluded(&tracer->snapshot->view, in + at / RTK_BLOCK, occluded + at / RTK_BLOCK, n, hints, &scratch);
     }
     rti_fp_leave(env);
 }

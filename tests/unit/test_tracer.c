@@ -29,13 +29,14 @@ static rt_scene *crowd(rt_context *ctx, rt_scene **child)
     return scene;
 }
 
-/* From one eye through a window a little wider than the scene; every seventh ray is one that misses by its mask or its numbers.
+/* From one eye, and from 1200 on from five, through a window a little wider than the scene; every seventh ray is one that misses
+ * by its mask or its numbers.
  */
 static void fill(rt_ray *rays, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
         float x = (float)(i % 50) / 25.0f - 1.0f, y = (float)(i / 50) / 25.0f - 1.0f;
-        rays[i] = kit_ray(0.1f, 0.2f, 6.0f, 0.3f * x, 0.3f * y, -1.0f);
+        rays[i] = kit_ray(i < 1200 ? 0.1f : 0.1f + 0.001f * (float)(i % 5), 0.2f, 6.0f, 0.3f * x, 0.3f * y, -1.0f);
         rays[i].tmin = 0.01f * (float)(i % 3);
         if (i % 7 == 3)
             rays[i].mask = i % 2 ? 0 : 1;
