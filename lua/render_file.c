@@ -1,6 +1,6 @@
 #include "binding.h"
 
-/* Renders that go band by band into a file. Progress arrives on the calling thread, between tiles. */
+/* Renders that go band by band into a file. Progress arrives on the calling thread, for each tile and every 50 ms. */
 typedef struct report {
     lua_State *L;
     int function; /* stack index, 0: none */
@@ -11,8 +11,8 @@ static int on_progress(void *user, uint64_t done, uint64_t total)
 {
     report *r = user;
     lua_State *L = r->L;
-    if (!r->function) {
-        return 0;
+    if (r->failed || !r->function) {
+        return r->failed;
     }
     lua_pushvalue(L, r->function);
     lua_pushnumber(L, (lua_Number)done / (lua_Number)total);

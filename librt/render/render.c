@@ -62,6 +62,21 @@ static int count_tile(void *user, const rt_tile *tile, const rt_image *image)
     return b->progress ? b->progress(b->user, b->done, b->total) : 0;
 }
 
+/* Asks every 50 ms whether the picture is still wanted: a tile may take minutes. */
+static rt_status finish_band(banding *b, rt_job *job)
+{
+    rt_status status = rti_job_run(job);
+    while (status == RT_OK && b->progress && rt_job_wait(job, 0.05) == RT_JOB_RUNNING) {
+        if (b->progress(b->user, b->done, b->total) != 0) {
+            rt_job_cancel(job);
+            break;
+        }
+    }
+    if (status == RT_OK && rt_job_wait(job, -1) != RT_JOB_DONE)
+        status = rt_job_status(job);
+    return status;
+}
+
 static rt_status render_band(banding *b, uint32_t y, uint32_t rows)
 {
     rt_render_desc d = b->desc;
@@ -75,7 +90,7 @@ static rt_status render_band(banding *b, uint32_t y, uint32_t rows)
     if (status != RT_OK)
         return status;
     rt_job_on_tile(job, count_tile, b);
-    status = finish(job);
+    status = finish_band(b, job);
     if (status == RT_OK)
         status = rti_rows_write(b->writer, rt_image_pixels_const(rt_job_image(job)), rows);
     else if (status == RT_ERROR_CANCELLED)

@@ -44,6 +44,9 @@ describe("a signal", function()
     assert.truthy(r.err:find("is as it was", 1, true), r.err)
     assert.equal("old", support.read(folder .. "/x.png"))
     assert.equal("x.png\n", support.shell("ls " .. support.quote(folder) .. " | grep -v small.lua").out)
+    r = support.ended(long_render(folder, "--bands", "--tile", "1024"), "INT", 'grep -q progress "$LOG"', folder) -- within its first tile
+    assert.same({ true, 130 }, { r.met, r.status }, r.err)
+    assert.truthy(r.err:find("interrupted at 0%; an image in bands is written whole or not at all", 1, true), r.err)
   end)
 
   it("ends a script that runs for ever", function()

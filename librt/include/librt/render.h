@@ -64,7 +64,8 @@ RT_API const char *rt_tracer_at(uint32_t index, const char **help);
 RT_API rt_status rt_render(rt_scene *scene, const rt_render_desc *desc, rt_image **image);
 
 /** Renders band by band straight into a file (png, bmp, tga, hdr), so that images larger than the memory can be made.
- *  band_memory: bytes for the film, 0: 256 MiB. progress(user, done, total pixels) may be NULL; non-zero cancels. save: NULL: defaults. */
+ *  band_memory: bytes for the film, 0: 256 MiB. progress(user, done, total pixels) may be NULL; it is called for each tile and about every 50 ms; non-zero
+ *  cancels. save: NULL: defaults. */
 RT_API rt_status rt_render_to_file(rt_scene *scene, const rt_render_desc *desc, const char *path, const rt_save_desc *save, uint64_t band_memory,
                                    int (*progress)(void *user, uint64_t done, uint64_t total), void *user);
 
