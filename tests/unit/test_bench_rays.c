@@ -308,7 +308,7 @@ static void a_run_measures_every_tracer(void **state)
                     "--builds=1",
                     "--threads=1,2",
                     "--grab=64",
-                    "--inputs=blocks,array,scene",
+                    "--inputs=blocks,single,array,scene",
                     "--ceiling",
                     "--quiet",
                     "--check=4294967295",
@@ -332,7 +332,7 @@ static void a_run_measures_every_tracer(void **state)
     int tracers = 0;
     while (rt_tracer_at((uint32_t)tracers, NULL))
         tracers++;
-    assert_int_equal(rows, 1 + 5 * 2 * (2 * tracers + 1)); /* sets, threads, blocks and array of all and the scene itself */
+    assert_int_equal(rows, 1 + 5 * 2 * (3 * tracers + 1)); /* sets, threads, blocks, with and without hints, and arrays of all, and the scene itself */
 }
 
 int main(void)

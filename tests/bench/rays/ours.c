@@ -91,10 +91,11 @@ static void blocks_trace(bench_entrant *e, const bench_rays *rays, void *scratch
 {
     const rt_tracer *t = ((ours *)e->data)->tracer;
     const rt_ray_block *in = (const rt_ray_block *)scratch + first / 16;
+    uint32_t hints = strcmp(e->input, "single") == 0 ? 0 : rays->hints;
     if (rays->any)
-        rt_tracer_occluded_blocks(t, in, (uint16_t *)behind(scratch, rays) + first / 16, count, rays->hints);
+        rt_tracer_occluded_blocks(t, in, (uint16_t *)behind(scratch, rays) + first / 16, count, hints);
     else
-        rt_tracer_intersect_blocks(t, in, (rt_hit_block *)behind(scratch, rays) + first / 16, count, rays->hints);
+        rt_tracer_intersect_blocks(t, in, (rt_hit_block *)behind(scratch, rays) + first / 16, count, hints);
 }
 
 static void blocks_answers(bench_entrant *e, const bench_rays *rays, const void *scratch, rt_hit *hits, uint8_t *occluded)
@@ -278,6 +279,7 @@ static bool same_as_earlier(const bench_entrants *all, const char *tracer, const
 static int add_entrant(const bench_options *o, const bench_world *w, uint32_t builder, const char *name, const char *input,
                        tree_times *times, bench_entrants *all)
 {
+    bool blocks_in = strcmp(input, "blocks") == 0 || strcmp(input, "single") == 0;
     rt_tracer_info info;
     rt_tracer *tracer;
     ours *data;
@@ -313,10 +315,10 @@ static int add_entrant(const bench_options *o, const bench_world *w, uint32_t bu
     t = time_of(times, e->quality, e->tree);
     for (uint32_t i = 0; i < BENCH_NAMES; i++)
         e->build[i] = t ? t->build[i] : (bench_build){-1, -1, 0};
-    e->room = strcmp(input, "blocks") == 0 ? blocks_room : array_room;
-    e->prepare = strcmp(input, "blocks") == 0 ? blocks_prepare : array_prepare;
-    e->trace = strcmp(input, "blocks") == 0 ? blocks_trace : array_trace;
-    e->answers = strcmp(input, "blocks") == 0 ? blocks_answers : array_answers;
+    e->room = blocks_in ? blocks_room : array_room;
+    e->prepare = blocks_in ? blocks_prepare : array_prepare;
+    e->trace = blocks_in ? blocks_trace : array_trace;
+    e->answers = blocks_in ? blocks_answers : array_answers;
     return BENCH_OK;
 }
 

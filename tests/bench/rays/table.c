@@ -4,23 +4,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char bench_columns[] = "The CSV has a row for each set, entrant and number of threads. machine, cpus; scene, triangles; "
-                             "set, width, height, rays: the size that the set was made for and "
-                             "the number of rays; program: librt or embree; tracer: librt's by name, Embree's interface; input: "
-                             "blocks, array or scene, Embree's as its tracer; builder: of "
-                             "rt_commit_desc, Embree's quality; robust: 1, Embree's flag; tree, width: kind of tree and rays "
-                             "handled together; threads, repeats; mrays, mrays_low, mrays_high: "
-                             "million rays a second, rays / (CPU time of the threads / threads), median, least and most of the "
-                             "repeats; wall_mrays, wall_low, wall_high: the same by wall time; "
-                             "cpu_ns: CPU nanoseconds a ray; ceiling_mrays: summed wall rate of as many processes, empty "
-                             "without; build_seconds, build_cpu: medians of building the tree with so many "
-                             "threads, wall and CPU of the process; tree_bytes, bytes_per_triangle: of the trees (librt: beside "
-                             "them geometry_bytes, the triangles as all its tracers read them; Embree: "
-                             "all that its device took for the scene); hits; checksum: FNV-1a of the answers; differ: answers "
-                             "that are not the reference's, bit for bit (Embree: the sum of "
-                             "differ_miss, differ_prim and differ_t: hit or miss, another primitive, t beyond the tolerance); "
-                             "brute_rays, brute_differ: rays that brute force traced too, and "
-                             "other answers than its.";
+const char bench_columns[] =
+    "The CSV has a row for each set, entrant and number of threads. machine, cpus; scene, triangles; set, width, height, "
+    "rays: the size that the set was made for and the number of rays; program: librt or embree; tracer: librt's by name, "
+    "Embree's interface; input: blocks, single (blocks without a hint), array or scene, Embree's as its tracer; builder: of "
+    "rt_commit_desc, Embree's quality; robust: 1, Embree's flag; tree, width: kind of tree and rays handled together; "
+    "threads, repeats; mrays, mrays_low, mrays_high: million rays a second, rays / (CPU time of the threads / threads), "
+    "median, least and most of the repeats; wall_mrays, wall_low, wall_high: the same by wall time; cpu_ns: CPU nanoseconds "
+    "a ray; ceiling_mrays: summed wall rate of as many processes, empty without; build_seconds, build_cpu: medians of "
+    "building the tree with so many threads, wall and CPU of the process; tree_bytes, bytes_per_triangle: of the trees "
+    "(librt: beside them geometry_bytes, the triangles as all its tracers read them; Embree: all that its device took for "
+    "the scene); hits; checksum: FNV-1a of the answers; differ: answers that are not the reference's, bit for bit (Embree: "
+    "the sum of differ_miss, differ_prim and differ_t: hit or miss, another primitive, t beyond the tolerance); brute_rays, "
+    "brute_differ: rays that brute force traced too, and other answers than its.";
 
 /* ---- aligned columns ---- */
 
@@ -224,7 +220,7 @@ static void ratio_row(grid *g, const bench_options *o, const bench_row *rows, ui
     const bench_row *watertight = best(o, rows, count, index, (pick){.program = "embree", .quality = "medium", .robust = 1});
     const bench_row *theirs_high = best(o, rows, count, index, (pick){.program = "embree", .quality = "high", .robust = -1});
     const bench_row *kd = best(o, rows, count, index, (pick){.program = "librt", .tree = "kdtree"});
-    const bench_row *kd_single = best(o, rows, count, index, (pick){.program = "librt", .tree = "kdtree", .width = 1});
+    const bench_row *kd_single = best(o, rows, count, index, (pick){.program = "librt", .tree = "kdtree", .input = "single"});
     const bench_row *single =
         best(o, rows, count, index, (pick){.program = "embree", .quality = "medium", .robust = -1, .width = 1});
     char(*cells)[WORD] = grid_row(g);
