@@ -5,12 +5,12 @@
 #include "../base/base.h"
 #include "../kernel/snapshot.h"
 
-enum { RTI_BUILD_KD_EXACT = 0, RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE, RTI_BUILD_BVH, RTI_BUILD_BVH_COMPACT };
+enum { RTI_BUILD_KD_EXACT = 0, RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE, RTI_BUILD_BVH, RTI_BUILD_BVH_COMPACT, RTI_BUILD_BVH_SPATIAL };
 
-/* Of the BVH builders: binned heuristic, with copies of the vertices in the leaves or without. */
+/* Of the BVH builders: binned heuristic, with copies of the vertices in the leaves or without; with copies and spatial splits. */
 static inline bool rti_builds_bvh(uint32_t builder)
 {
-    return builder >= RTI_BUILD_BVH && builder <= RTI_BUILD_BVH_COMPACT;
+    return builder >= RTI_BUILD_BVH && builder <= RTI_BUILD_BVH_SPATIAL;
 }
 
 typedef struct rti_build_settings {

@@ -15,6 +15,7 @@ static const rti_build_preset presets[] = {
      {.builder = RTI_BUILD_KD_EXACT, .max_depth = 96, .duplication = 64.0f}},
     {"octree", "octree of small leaves", {.builder = RTI_BUILD_OCTREE}},
     {"bvh", "eight-wide BVH by binned heuristic", {.builder = RTI_BUILD_BVH}},
+    {"bvh spatial", "eight-wide BVH with spatial splits: builds slower, traces faster", {.builder = RTI_BUILD_BVH_SPATIAL}},
     {"bvh compact", "eight-wide BVH without copies of the vertices: half the memory", {.builder = RTI_BUILD_BVH_COMPACT}},
 };
 
@@ -76,7 +77,9 @@ void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_buil
     b->cost_traverse = settled(s->cost_traverse, 1.0f);
     b->cost_intersect = settled(s->cost_intersect, 1.0f);
     b->empty_bonus = rtk_min(settled(s->empty_bonus, 0.2f), 0.95f);
-    b->duplication = rtk_max(settled(s->duplication, 16.0f), 1.0f);
+    b->duplication = rtk_max(settled(s->duplication, s->builder == RTI_BUILD_BVH_SPATIAL ? 1.5f : 16.0f), 1.0f);
+    if (s->builder == RTI_BUILD_BVH_SPATIAL) /* the room for it is taken before the build */
+        b->duplication = rtk_min(b->duplication, 8.0f);
     b->min_size = 0.5f * input->grow;
     b->clip_above = s->builder == RTI_BUILD_KD_BINNED ? 16 : 0;
     b->cancel = cancel;
@@ -233,6 +236,6 @@ uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_set
     rti_build b;
     rti_build_settle(&b, input, settings, NULL);
     if (rti_builds_bvh(b.builder))
-        return 16384 + n * 260;
+        return 16384 + (uint64_t)((double)n * 260.0 * (b.builder == RTI_BUILD_BVH_SPATIAL ? b.duplication : 1.0f));
     return 16384 + n * (b.duplication > 16.0f || b.leaf_size < (b.builder == RTI_BUILD_OCTREE ? 8 : 2) ? 520 : 330);
 }

@@ -14,7 +14,7 @@
 typedef struct piece {
     uint32_t range, begin, count;
     uint32_t left, right; /* where its first left reference goes, and where its right ones end */
-    rti_bvh_box mids[2];
+    rti_bvh_box boxes[2], mids[2];
     rti_bvh_bins bins;
 } piece;
 
@@ -24,6 +24,7 @@ typedef struct build {
     size_t open_count, open_capacity, next_count, next_capacity, part_count, part_capacity;
     rti_bvh_split *splits; /* of the open ranges */
     piece *pieces;
+    rti_bvh_space_bins *space; /* of the pieces, when splits may be spatial */
     uint32_t piece_count;
     uint32_t *first_piece; /* of each open range, and one more */
     uint32_t part_limit;
@@ -44,11 +45,7 @@ typedef struct root_job {
 
 static bool finite_box(rti_bvh_box b, rti_f4 zero)
 {
-    float z[4], lo[4], hi[4];
-    rti_f4_store(z, zero);
-    rti_f4_store(lo, b.lo);
-    rti_f4_store(hi, b.hi);
-    return z[0] == 0.0f && z[1] == 0.0f && z[2] == 0.0f && lo[0] <= hi[0] && lo[1] <= hi[1] && lo[2] <= hi[2];
+    return rti_f4_below(zero, zero) && rti_f4_below(b.lo, b.hi); /* of a NaN it is not true */
 }
 
 /* The box of a primitive; false: it is left out (not finite, or low above high). */
@@ -178,9 +175,13 @@ static void put_leaf(const rti_bvh *t, const rti_bvh_range *r, uint32_t first, c
     rti_bvh_node *node = &t->nodes[r->node];
     put_box(node, r->box);
     node->child = first;
-    node->count = count;
-    for (uint32_t i = 0; i < count; i++)
-        t->order[first + i] = refs[i].prim;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t same = 0;
+        while (t->spatial && count <= 64 && same < node->count && t->order[first + same] != refs[i].prim)
+            same++;
+        if (!t->spatial || count > 64 || same == node->count) /* two pieces of one triangle are one */
+            t->order[first + node->count++] = refs[i].prim;
+    }
 }
 
 /* Triangles and others do not share a leaf that has blocks. The references of a leaf are few, and no longer needed in place. */
@@ -213,6 +214,22 @@ static void write_leaf(const rti_bvh *t, const rti_bvh_range *r, uint32_t *pair)
     }
 }
 
+/* Splits by the chosen plane into the other buffer. */
+static void carry_out(const rti_bvh *t, const rti_bvh_range *r, rti_bvh_split *s, rti_bvh_range out[2])
+{
+    const rti_ref *refs = t->refs[r->buffer] + r->begin;
+    rti_ref *to = t->refs[r->buffer ^ 1u];
+    rti_bvh_box mids[2] = {rti_bvh_nothing(), rti_bvh_nothing()}, boxes[2] = {rti_bvh_nothing(), rti_bvh_nothing()};
+    if (s->spatial) {
+        rti_bvh_spatial_scatter(t, s, refs, r->count, to + r->room_begin, to + r->room_end, boxes, mids);
+        s->left = boxes[0];
+        s->right = boxes[1];
+    } else {
+        rti_bvh_scatter(s, refs, r->count, to + r->room_begin, to + r->room_end, mids);
+    }
+    split_children(r, s, mids, out);
+}
+
 /* false: it is to be a leaf. */
 static bool split_range(const rti_bvh *t, const rti_bvh_range *r, rti_bvh_range out[2])
 {
@@ -225,16 +242,17 @@ static bool split_range(const rti_bvh *t, const rti_bvh_range *r, rti_bvh_range 
     rti_bvh_split_begin(r, &s);
     rti_bvh_bin(&s, refs, r->count, &bins);
     rti_bvh_split_find(t, &bins, &s);
+    if (t->spatial && rti_bvh_spatial_begin(t, r, &s)) {
+        rti_bvh_space_bins space;
+        rti_bvh_spatial_bin(t, &s, refs, r->count, &space);
+        rti_bvh_spatial_find(t, &space, r->room_end - r->room_begin, &s);
+    }
     if (r->count <= t->most && !(t->b->cost_traverse * area + s.cost < rti_bvh_leaf_cost(t, r->count) * area))
         return false;
-    if (s.axis == 3 || r->depth >= RTI_BVH_CAREFUL) {
+    if (s.axis == 3 || r->depth >= RTI_BVH_CAREFUL)
         halve(t, r, out);
-    } else {
-        rti_bvh_box mids[2] = {rti_bvh_nothing(), rti_bvh_nothing()};
-        rti_ref *to = t->refs[r->buffer ^ 1u];
-        rti_bvh_scatter(&s, refs, r->count, to + r->room_begin, to + r->room_end, mids);
-        split_children(r, &s, mids, out);
-    }
+    else
+        carry_out(t, r, &s, out);
     return true;
 }
 
@@ -282,26 +300,58 @@ static void choose_task(void *data, uint32_t index)
 {
     build *job = data;
     rti_bvh_split *s = &job->splits[index];
-    const rti_bvh_range *r = &job->open[index];
-    uint32_t first = job->first_piece[index], end = job->first_piece[index + 1];
-    uint32_t left = r->room_begin, right = r->room_end;
+    uint32_t first = job->first_piece[index];
     rti_bvh_bins bins;
     if (rti_cancelled(job->t.b->cancel))
         return;
     bins = job->pieces[first].bins;
-    for (uint32_t i = first + 1; i < end; i++)
+    for (uint32_t i = first + 1; i < job->first_piece[index + 1]; i++)
         rti_bvh_bins_add(s, &bins, &job->pieces[i].bins);
     rti_bvh_split_find(&job->t, &bins, s);
+    s->wants_space = job->t.spatial && rti_bvh_spatial_begin(&job->t, &job->open[index], s);
+}
+
+static void space_task(void *data, uint32_t index)
+{
+    build *job = data;
+    piece *p = &job->pieces[index];
+    const rti_bvh_split *s = &job->splits[p->range];
+    if (s->wants_space && !rti_cancelled(job->t.b->cancel))
+        rti_bvh_spatial_bin(&job->t, s, job->t.refs[job->open[p->range].buffer] + p->begin, p->count, &job->space[index]);
+}
+
+/* Takes a spatial split where that is cheaper, and says where each piece's references go. */
+static void place_task(void *data, uint32_t index)
+{
+    build *job = data;
+    rti_bvh_split *s = &job->splits[index];
+    const rti_bvh_range *r = &job->open[index];
+    uint32_t first = job->first_piece[index], end = job->first_piece[index + 1];
+    uint32_t left = r->room_begin, right = r->room_end;
+    if (rti_cancelled(job->t.b->cancel))
+        return;
+    if (s->wants_space) {
+        rti_bvh_space_bins space = job->space[first];
+        for (uint32_t i = first + 1; i < end; i++)
+            rti_bvh_space_bins_add(&space, &job->space[i]);
+        rti_bvh_spatial_find(&job->t, &space, r->room_end - r->room_begin, s);
+    }
     if (r->depth >= RTI_BVH_CAREFUL)
         s->axis = 3;
     for (uint32_t i = first; i < end && s->axis < 3; i++) {
         piece *p = &job->pieces[i];
-        uint32_t n = rti_bvh_split_left(s, &p->bins);
+        uint32_t lefts = 0, rights = 0;
+        if (s->spatial) {
+            rti_bvh_spatial_counts(s, &job->space[i], &lefts, &rights);
+        } else {
+            lefts = rti_bvh_split_left(s, &p->bins);
+            rights = p->count - lefts;
+        }
         p->left = left;
         p->right = right;
-        p->mids[0] = p->mids[1] = rti_bvh_nothing();
-        left += n;
-        right -= p->count - n;
+        p->mids[0] = p->mids[1] = p->boxes[0] = p->boxes[1] = rti_bvh_nothing();
+        left += lefts;
+        right -= rights;
     }
 }
 
@@ -311,9 +361,14 @@ static void scatter_task(void *data, uint32_t index)
     piece *p = &job->pieces[index];
     const rti_bvh_range *r = &job->open[p->range];
     const rti_bvh_split *s = &job->splits[p->range];
+    const rti_ref *refs = job->t.refs[r->buffer] + p->begin;
     rti_ref *to = job->t.refs[r->buffer ^ 1u];
-    if (s->axis < 3 && !rti_cancelled(job->t.b->cancel))
-        rti_bvh_scatter(s, job->t.refs[r->buffer] + p->begin, p->count, to + p->left, to + p->right, p->mids);
+    if (s->axis == 3 || rti_cancelled(job->t.b->cancel))
+        return;
+    if (s->spatial)
+        rti_bvh_spatial_scatter(&job->t, s, refs, p->count, to + p->left, to + p->right, p->boxes, p->mids);
+    else
+        rti_bvh_scatter(s, refs, p->count, to + p->left, to + p->right, p->mids);
 }
 
 static bool add_range(build *job, const rti_bvh_range *r)
@@ -330,15 +385,19 @@ static bool add_range(build *job, const rti_bvh_range *r)
 static bool close_range(build *job, uint32_t index)
 {
     const rti_bvh_range *r = &job->open[index];
-    const rti_bvh_split *s = &job->splits[index];
+    rti_bvh_split *s = &job->splits[index];
     rti_bvh_range children[2];
     if (!rti_reserve(job->t.ctx, (void **)&job->t.nodes, &job->t.node_capacity, job->t.top_count, 2, sizeof *job->t.nodes))
         return false;
     if (s->axis < 3) {
-        rti_bvh_box mids[2] = {rti_bvh_nothing(), rti_bvh_nothing()};
+        rti_bvh_box mids[2] = {rti_bvh_nothing(), rti_bvh_nothing()}, boxes[2] = {rti_bvh_nothing(), rti_bvh_nothing()};
         for (uint32_t i = job->first_piece[index]; i < job->first_piece[index + 1]; i++)
-            for (int k = 0; k < 2; k++)
+            for (int k = 0; k < 2; k++) {
                 rti_bvh_extend(&mids[k], job->pieces[i].mids[k]);
+                rti_bvh_extend(&boxes[k], job->pieces[i].boxes[k]);
+            }
+        s->left = s->spatial ? boxes[0] : s->left;
+        s->right = s->spatial ? boxes[1] : s->right;
         split_children(r, s, mids, children);
     } else {
         halve(&job->t, r, children);
@@ -388,10 +447,14 @@ static rt_status build_level(build *job)
     job->splits = rti_alloc_array(ctx, job->open_count, sizeof *job->splits);
     job->pieces = rti_alloc_array(ctx, job->piece_count, sizeof *job->pieces);
     job->first_piece = rti_alloc_array(ctx, job->open_count + 1, sizeof *job->first_piece);
-    if (job->splits && job->pieces && job->first_piece) {
+    job->space = job->t.spatial ? rti_alloc_array(ctx, job->piece_count, sizeof *job->space) : NULL;
+    if (job->splits && job->pieces && job->first_piece && (job->space || !job->t.spatial)) {
         cut_pieces(job);
         rti_parallel(ctx, job->piece_count, bin_task, job);
         rti_parallel(ctx, (uint32_t)job->open_count, choose_task, job);
+        if (job->t.spatial)
+            rti_parallel(ctx, job->piece_count, space_task, job);
+        rti_parallel(ctx, (uint32_t)job->open_count, place_task, job);
         rti_parallel(ctx, job->piece_count, scatter_task, job);
         status = rti_cancelled(job->t.b->cancel) ? RT_ERROR_CANCELLED : RT_OK;
     }
@@ -400,6 +463,7 @@ static rt_status build_level(build *job)
     rti_free(ctx, job->splits, job->open_count * sizeof *job->splits);
     rti_free(ctx, job->pieces, job->piece_count * sizeof *job->pieces);
     rti_free(ctx, job->first_piece, (job->open_count + 1) * sizeof *job->first_piece);
+    rti_free(ctx, job->space, job->piece_count * sizeof *job->space);
     return status;
 }
 
@@ -448,7 +512,15 @@ static void settle(rti_bvh *t)
     t->grow2 = rti_f4_set(2.0f * b->in->grow, 2.0f * b->in->grow, 2.0f * b->in->grow, 0.0f);
     t->blocks = b->in->tri_count > 0 && b->builder != RTI_BUILD_BVH_COMPACT;
     t->most = b->leaf_size;
-    t->together = t->blocks ? RTK_BVH_BLOCK : 1u;
+    t->together = t->blocks ? RTK_BVH_BLOCK : (b->in->tri_count > 0 ? 2u : 1u);
+    t->spatial = b->builder == RTI_BUILD_BVH_SPATIAL;
+    t->thinnest = 4.0f * b->in->grow;
+    t->root_area = rti_bvh_area(t, (rti_bvh_box){rti_f4_set(b->in->lo[0], b->in->lo[1], b->in->lo[2], 0.0f),
+                                                 rti_f4_set(b->in->hi[0], b->in->hi[1], b->in->hi[2], 0.0f)});
+    t->room = b->prim_count > 0 ? b->prim_count : 1;
+    if (t->spatial)
+        t->room = (size_t)rtk_min((float)t->room * b->duplication + 16.0f, (float)(RTI_REF_MAX / 2));
+    t->room = t->room < b->prim_count ? b->prim_count : t->room;
 }
 
 rt_status rti_bvh_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size)
@@ -458,7 +530,6 @@ rt_status rti_bvh_build(rt_context *ctx, const rti_build *b, double start, void 
     rti_bvh_range root;
     rt_status status = RT_ERROR_MEMORY;
     settle(t);
-    t->room = b->prim_count > 0 ? b->prim_count : 1;
     t->refs[0] = rti_alloc_array(ctx, t->room, sizeof(rti_ref));
     t->refs[1] = rti_alloc_array(ctx, t->room, sizeof(rti_ref));
     t->order = rti_alloc_array(ctx, t->room, sizeof *t->order);

@@ -57,6 +57,11 @@ typedef struct rti_bvh_split {
     uint32_t left_count, right_count;
     float cost; /* infinite: there is none */
     rti_bvh_box left, right;
+    bool wants_space; /* spatial bins are to be made */
+    bool spatial;     /* by a plane in space instead: bin = (x - space_base) * space_scale, references on both sides are cut */
+    rti_f4 space_base, space_scale;
+    uint32_t space_bins;
+    float planes[3][RTI_BVH_BINS]; /* where spatial bins begin */
 } rti_bvh_split;
 
 typedef struct rti_bvh_bins {
@@ -64,15 +69,23 @@ typedef struct rti_bvh_bins {
     uint32_t count[3][RTI_BVH_BINS];
 } rti_bvh_bins;
 
+/* Of spatial splits: boxes of what lies in each bin, and how many references begin and end there. */
+typedef struct rti_bvh_space_bins {
+    rti_bvh_box box[3][RTI_BVH_BINS];
+    uint32_t enter[3][RTI_BVH_BINS], leave[3][RTI_BVH_BINS];
+} rti_bvh_space_bins;
+
 /* One build. */
 typedef struct rti_bvh {
     rt_context *ctx;
     const rti_build *b;
-    bool blocks;       /* leaves of triangles get them */
-    uint32_t most;     /* references of a leaf */
-    uint32_t together; /* references that cost as much as one */
-    rti_f4 grow2;      /* what boxes are grown by on both sides together */
-    float unit;        /* areas are relative to a cube of side 1 / unit */
+    bool blocks;               /* leaves of triangles get them */
+    uint32_t most;             /* references of a leaf */
+    uint32_t together;         /* references that cost as much as one */
+    rti_f4 grow2;              /* what boxes are grown by on both sides together */
+    float unit;                /* areas are relative to a cube of side 1 / unit */
+    bool spatial;              /* splits may cut references */
+    float root_area, thinnest; /* what is thinner is not cut */
     rti_ref *refs[2];
     size_t room;
     uint32_t *order; /* primitives of leaves */
@@ -109,6 +122,16 @@ uint32_t rti_bvh_split_left(const rti_bvh_split *split, const rti_bvh_bins *bins
 /* Left ones go to `left` ascending, right ones to `right` - 1 descending; mids are extended. */
 void rti_bvh_scatter(const rti_bvh_split *split, const rti_ref *refs, uint32_t count, rti_ref *left, rti_ref *right,
                      rti_bvh_box mids[2]);
+/* Spatial splits (bvh_spatial.c), after rti_bvh_split_find. begin: false when they are not worth a try. find: takes one that is
+ * cheaper and needs no more than `room` references. counts: of what was binned. scatter: also the boxes of the two sides. */
+bool rti_bvh_spatial_begin(const rti_bvh *t, const rti_bvh_range *range, rti_bvh_split *split);
+void rti_bvh_spatial_bin(const rti_bvh *t, const rti_bvh_split *split, const rti_ref *refs, uint32_t count,
+                         rti_bvh_space_bins *bins);
+void rti_bvh_space_bins_add(rti_bvh_space_bins *to, const rti_bvh_space_bins *from);
+void rti_bvh_spatial_find(const rti_bvh *t, const rti_bvh_space_bins *bins, uint32_t room, rti_bvh_split *split);
+void rti_bvh_spatial_counts(const rti_bvh_split *split, const rti_bvh_space_bins *bins, uint32_t *left, uint32_t *right);
+void rti_bvh_spatial_scatter(const rti_bvh *t, const rti_bvh_split *split, const rti_ref *refs, uint32_t count, rti_ref *left,
+                             rti_ref *right, rti_bvh_box boxes[2], rti_bvh_box mids[2]);
 /* Cost of a leaf of so many, per area. */
 float rti_bvh_leaf_cost(const rti_bvh *t, uint32_t count);
 

@@ -21,6 +21,8 @@ void rti_bvh_split_begin(const rti_bvh_range *range, rti_bvh_split *s)
     s->scale = rti_f4_load(scale);
     s->cost = RTK_INF;
     s->axis = 3;
+    s->spatial = false;
+    s->left = s->right = rti_bvh_nothing();
 }
 
 void rti_bvh_bin(const rti_bvh_split *s, const rti_ref *refs, uint32_t count, rti_bvh_bins *bins)

@@ -58,6 +58,11 @@ static inline void rti_f4_int(rti_f4 a, int32_t out[4])
 {
     _mm_storeu_si128((__m128i *)(void *)out, _mm_cvttps_epi32(a));
 }
+/* a <= b in each of the first three */
+static inline int rti_f4_below(rti_f4 a, rti_f4 b)
+{
+    return (_mm_movemask_ps(_mm_cmple_ps(a, b)) & 7) == 7;
+}
 /* x y + y z + z x */
 static inline float rti_f4_area(rti_f4 a)
 {
@@ -123,6 +128,10 @@ static inline void rti_f4_int(rti_f4 a, int32_t out[4])
 {
     for (int i = 0; i < 4; i++)
         out[i] = (int32_t)a.v[i];
+}
+static inline int rti_f4_below(rti_f4 a, rti_f4 b)
+{
+    return a.v[0] <= b.v[0] && a.v[1] <= b.v[1] && a.v[2] <= b.v[2];
 }
 static inline float rti_f4_area(rti_f4 a)
 {

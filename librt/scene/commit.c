@@ -64,9 +64,9 @@ static rt_status parse_accel(rt_context *ctx, const char *text, uint32_t *kinds)
 
 static rt_status parse_builder(rt_context *ctx, const char *text, rti_build_settings *settings, bool *automatic)
 {
-    static const char *const names[] = {"auto", "exact", "binned", "paper", "compact"};
-    static const uint32_t builders[] = {RTI_BUILD_KD_EXACT, RTI_BUILD_KD_EXACT, RTI_BUILD_KD_BINNED, RTI_BUILD_KD_EXACT,
-                                        RTI_BUILD_BVH_COMPACT};
+    static const char *const names[] = {"auto", "exact", "binned", "paper", "compact", "spatial"};
+    static const uint32_t builders[] = {RTI_BUILD_KD_EXACT, RTI_BUILD_KD_EXACT,    RTI_BUILD_KD_BINNED,
+                                        RTI_BUILD_KD_EXACT, RTI_BUILD_BVH_COMPACT, RTI_BUILD_BVH_SPATIAL};
     size_t i = find_word(text, strlen(text), names, RTI_COUNT(names));
     if (i == RTI_COUNT(names))
         return unknown_word(ctx, "builder", text, strlen(text), names, RTI_COUNT(names));

@@ -16,6 +16,7 @@ local BUILDERS = { -- as `builder` and `accel`
   { name = "kdtree exact", tracer = "kdtree", builder = "exact" }, { name = "kdtree binned", tracer = "kdtree", builder = "binned" },
   { name = "kdtree paper", tracer = "kdtree", builder = "paper" }, { name = "octree", tracer = "octree", builder = "auto" },
   { name = "bvh", tracer = "bvh", builder = "auto" }, { name = "bvh compact", tracer = "bvh", builder = "compact" },
+  { name = "bvh spatial", tracer = "bvh", builder = "spatial" },
 }
 
 -- All trees of the scene together: seconds and bytes add up, depth is the deepest; cost is the first one's.

@@ -35,7 +35,7 @@ row("tracer", { "--tracer" }, "choice", "NAME", "structure that answers rays; no
   choices = { "auto", "kdtree", "octree", "bvh", "brute" }, setting = "tracer",
 })
 row("builder", { "--builder" }, "choice", "NAME", "builder of the kd-tree", {
-  choices = { "auto", "exact", "binned", "paper", "compact" }, setting = "builder",
+  choices = { "auto", "exact", "binned", "paper", "compact", "spatial" }, setting = "builder",
 })
 row("max_depth", { "--max-depth" }, "count", "N", "bounces at most", { low = 0, high = 64, setting = "max_depth" })
 row("seed", { "--seed" }, "seed", "N", "seed of the samples and of the script's math.random", { setting = "seed" })

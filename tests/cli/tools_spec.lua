@@ -161,10 +161,10 @@ describe("bench", function()
     for line in support.read(folder .. "/x.csv"):gmatch "([^\r\n]*)\r\n" do
       lines[#lines + 1] = line
     end
-    assert.equal(1 + 2 * (6 + 6), #lines)
+    assert.equal(1 + 2 * (7 + 6), #lines)
     assert.truthy(lines[1]:find("^scene,kind,structure,builder,workers,width,height,samples,run,seconds,"))
     assert.truthy(lines[2]:find('^"[^"]*a,b.lua",build,kdtree,exact,', 1), lines[2])
-    assert.equal(12, #require("cjson").decode(rtray({ "bench", support.small(), "--runs", "1", "--workers", "1,2", "--json", "-q" }).out).results)
+    assert.equal(13, #require("cjson").decode(rtray({ "bench", support.small(), "--runs", "1", "--workers", "1,2", "--json", "-q" }).out).results)
   end)
 
   it("reports a fault before the first run", function()

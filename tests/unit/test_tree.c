@@ -12,8 +12,8 @@
 #include "support/generate.h"
 #include "support/rays.h"
 
-static const uint32_t builders[] = {RTI_BUILD_KD_EXACT, RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE, RTI_BUILD_BVH,
-                                    RTI_BUILD_BVH_COMPACT};
+static const uint32_t builders[] = {RTI_BUILD_KD_EXACT, RTI_BUILD_KD_BINNED,   RTI_BUILD_OCTREE,
+                                    RTI_BUILD_BVH,      RTI_BUILD_BVH_COMPACT, RTI_BUILD_BVH_SPATIAL};
 #define BUILDERS ((int)RTI_COUNT(builders))
 
 static rt_context *context(uint32_t workers)
@@ -182,6 +182,74 @@ static void test_copies(void **state)
         }
         test_mesh_free(&m);
     }
+    rt_context_destroy(ctx);
+}
+
+/* What makes builders slow: triangles as long as the scene and as thin as nothing, and one as large as the scene over many small
+ * ones. CPU time is what would show a quadratic build: these take well under a second. */
+static void test_hard_soups(void **state)
+{
+    rt_context *ctx = context(1);
+    (void)state;
+    for (int kind = 0; kind < 2; kind++) {
+        test_mesh m = {0};
+        test_rng r = {11};
+        for (int i = 0; kind == 0 && i < 20000; i++) {
+            float v[3][3];
+            for (int k = 0; k < 3; k++) {
+                v[0][k] = test_range(&r, -1, 1);
+                v[1][k] = -v[0][k];
+                v[2][k] = v[1][k] + test_range(&r, -1.0e-4f, 1.0e-4f);
+            }
+            test_mesh_add(&m, v[0], v[1], v[2]);
+        }
+        if (kind == 1) {
+            const float big[3][3] = {{-9, -9, 0.1f}, {9, -9, -0.1f}, {0, 9, 0}};
+            test_mesh_add(&m, big[0], big[1], big[2]);
+            test_mesh_soup(&m, 50000, 0.002f, 12);
+        }
+        rti_build_input in = test_input(&m);
+        for (uint32_t builder = RTI_BUILD_BVH; builder <= RTI_BUILD_BVH_SPATIAL; builder++) {
+            double start = rti_thread_cpu();
+            rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = builder});
+            assert_true(h.largest_leaf <= 16 && h.depth <= 48);
+            assert_true(rti_thread_cpu() - start < 30.0);
+        }
+        test_mesh_free(&m);
+    }
+    rt_context_destroy(ctx);
+}
+
+/* Ten million triangles, and what they take: built and asked, behind LIBRT_FULL. */
+static void test_ten_million(void **state)
+{
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    test_mesh m = {0};
+    void *chunk;
+    size_t size;
+    (void)state;
+    if (!getenv("LIBRT_FULL"))
+        skip();
+    d.memory_limit = 24ull << 30;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    test_mesh_soup(&m, 10000000, 0.002f, 42);
+    rti_build_input in = test_input(&m);
+    for (uint32_t builder = RTI_BUILD_BVH; builder <= RTI_BUILD_BVH_SPATIAL; builder++) {
+        static const double most[] = {60.0, 35.0, 120.0}; /* bytes a triangle */
+        rti_build_settings s = {.builder = builder};
+        double start = rti_now();
+        uint64_t peak;
+        assert_int_equal(rti_tree_build(ctx, &in, &s, NULL, &chunk, &size), RT_OK);
+        rt_context_memory(ctx, NULL, &peak);
+        print_message("builder %u: %.1f s, %.1f bytes a triangle, %.1f at the peak\n", builder, rti_now() - start,
+                      (double)size / m.count, (double)peak / m.count);
+        assert_true((double)size <= most[builder - RTI_BUILD_BVH] * m.count);
+        assert_true(peak <= rti_tree_build_memory(&in, &s));
+        assert_true(rti_tree_valid(chunk, size, m.count) && rti_tree_blocks_valid(chunk, m.tris, m.count));
+        rti_free(ctx, chunk, size);
+    }
+    test_mesh_free(&m);
     rt_context_destroy(ctx);
 }
 
@@ -493,12 +561,11 @@ static void test_broken(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_bytes),  cmocka_unit_test(test_small),
-        cmocka_unit_test(test_lists),       cmocka_unit_test(test_copies),
-        cmocka_unit_test(test_degenerate),  cmocka_unit_test(test_flat),
-        cmocka_unit_test(test_sizes),       cmocka_unit_test(test_settings),
-        cmocka_unit_test(test_binned_cost), cmocka_unit_test(test_allocation_failure),
-        cmocka_unit_test(test_cancel),      cmocka_unit_test(test_broken),
+        cmocka_unit_test(test_same_bytes), cmocka_unit_test(test_small),       cmocka_unit_test(test_lists),
+        cmocka_unit_test(test_copies),     cmocka_unit_test(test_hard_soups),  cmocka_unit_test(test_ten_million),
+        cmocka_unit_test(test_degenerate), cmocka_unit_test(test_flat),        cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_settings),   cmocka_unit_test(test_binned_cost), cmocka_unit_test(test_allocation_failure),
+        cmocka_unit_test(test_cancel),     cmocka_unit_test(test_broken),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

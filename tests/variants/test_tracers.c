@@ -245,6 +245,38 @@ static void test_soup(void **state)
     sweep_mesh(&m, 1.0f, 0.0f, ray_count(), closest_count(), "soup");
 }
 
+/* The other builders of the BVH: long triangles among small ones, which spatial splits cut often, and shapes beside them. */
+static void test_bvh_builders(void **state)
+{
+    static const uint32_t builders[] = {RTI_BUILD_BVH_COMPACT, RTI_BUILD_BVH_SPATIAL};
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        rt_context *ctx = context();
+        test_mesh m = {0};
+        test_world w;
+        rtk_shape balls[20] = {{0}};
+        test_rng rng = {3};
+        test_mesh_soup(&m, 600, 0.1f, 7);
+        test_mesh_soup(&m, 60, 4.0f, 8);
+        for (int k = 0; k < 20; k++)
+            for (int a = 0; a < 4; a++)
+                balls[k].p[a] = a < 3 ? test_range(&rng, -1.0f, 1.0f) : 0.1f;
+        test_world_init(&w, ctx);
+        w.bvh_builder = builders[i];
+        test_world_mesh(&w, 0, &m, 0xffffffffu);
+        test_world_shapes(&w, 0, balls, 20, 0xffffffffu);
+        assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+        const rtk_tree_header *h = w.parts[0].chunks[2];
+        assert_int_equal(h->kind, RTK_TREE_BVH);
+        assert_int_equal(h->block_count == 0, i == 0);
+        assert_true((h->ref_count - h->filler_count > m.count + 20) == (i == 1));
+        sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count() / 2, i ? "bvh, spatial" : "bvh, compact");
+        test_world_free(&w);
+        test_mesh_free(&m);
+        rt_context_destroy(ctx);
+    }
+}
+
 static void test_slivers(void **state)
 {
     test_mesh m = {0};
@@ -498,10 +530,10 @@ static void test_nothing(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_nothing), cmocka_unit_test(test_soup),      cmocka_unit_test(test_slivers),
-        cmocka_unit_test(test_lattice), cmocka_unit_test(test_nested),    cmocka_unit_test(test_scaled_and_moved),
-        cmocka_unit_test(test_shapes),  cmocka_unit_test(test_instances), cmocka_unit_test(test_meshes),
-        cmocka_unit_test(test_alpha),
+        cmocka_unit_test(test_nothing),          cmocka_unit_test(test_soup),    cmocka_unit_test(test_bvh_builders),
+        cmocka_unit_test(test_slivers),          cmocka_unit_test(test_lattice), cmocka_unit_test(test_nested),
+        cmocka_unit_test(test_scaled_and_moved), cmocka_unit_test(test_shapes),  cmocka_unit_test(test_instances),
+        cmocka_unit_test(test_meshes),           cmocka_unit_test(test_alpha),
     };
     if (getenv("LIBRT_ONLY"))
         cmocka_set_test_filter(getenv("LIBRT_ONLY"));

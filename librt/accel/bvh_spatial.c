@@ -1,0 +1,292 @@
+/* Spatial splits (Stich, Friedrich, Dietrich 2009): a plane cuts the boxes of the references that it meets, so a long triangle
+ * stands on both sides with a smaller box on each.
+ *
+ * No hit is lost. A piece's box holds the triangle's part on its side of the plane, cut to the box that the reference had, so the
+ * pieces of a triangle always cover it. The points where edges cross the plane are rounded in float, by at most 8 roundings of a
+ * coordinate; edges are those of the triangle itself, so the error does not add up from cut to cut, and RTK_GROW leaves 64
+ * (ray.h, theory point 3).
+ */
+#include "bvh_build.h"
+
+static int32_t bin_of(float x, float base, float scale, float last)
+{
+    return (int32_t)rtk_min(rtk_max((x - base) * scale, 0.0f), last);
+}
+
+/* The same on three axes; on one whose scale is 0, the first bin. */
+static void bins_of(const rti_bvh_split *s, rti_f4 x, float last, int32_t out[4])
+{
+    rti_f4 at = rti_f4_mul(rti_f4_sub(rti_f4_xyz(x), s->space_base), s->space_scale);
+    rti_f4_int(rti_f4_min(rti_f4_max(at, rti_f4_set(0.0f, 0.0f, 0.0f, 0.0f)), rti_f4_set(last, last, last, last)), out);
+}
+
+static rti_bvh_box meet(rti_bvh_box a, rti_bvh_box b)
+{
+    rti_bvh_box r = {rti_f4_max(a.lo, b.lo), rti_f4_min(a.hi, b.hi)};
+    return r;
+}
+
+static bool is_box(rti_bvh_box b)
+{
+    return rti_f4_below(b.lo, b.hi);
+}
+
+static void add_point(rti_bvh_box *b, rti_f4 p)
+{
+    rti_bvh_box point = {p, p};
+    rti_bvh_extend(b, point);
+}
+
+/* The two halves of a box at pos, which lies in it. */
+static void cut_box(rti_bvh_box box, uint32_t axis, float pos, rti_bvh_box out[2])
+{
+    float lo[4], hi[4];
+    rti_f4_store(lo, box.lo);
+    rti_f4_store(hi, box.hi);
+    lo[axis] = hi[axis] = pos;
+    out[0].lo = box.lo;
+    out[0].hi = rti_f4_load(hi);
+    out[1].lo = rti_f4_load(lo);
+    out[1].hi = box.hi;
+}
+
+/* Boxes of the triangle's two parts. */
+static void cut_triangle(const rtk_tri *tri, uint32_t axis, float pos, rti_bvh_box out[2])
+{
+    const float *v[3] = {tri->v0, tri->v1, tri->v2};
+    out[0] = out[1] = rti_bvh_nothing();
+    for (int i = 0; i < 3; i++) {
+        const float *a = v[i], *b = v[i == 2 ? 0 : i + 1];
+        rti_f4 from = rti_f4_xyz(rti_f4_load(a)),
+               to = rti_f4_xyz(rti_f4_load(b)); /* what follows a corner is in the record, too */
+        if (a[axis] <= pos)
+            add_point(&out[0], from);
+        if (a[axis] >= pos)
+            add_point(&out[1], from);
+        if ((a[axis] < pos && b[axis] > pos) || (a[axis] > pos && b[axis] < pos)) {
+            float t = (pos - a[axis]) / (b[axis] - a[axis]);
+            rti_f4 p = rti_f4_add(from, rti_f4_mul(rti_f4_sub(to, from), rti_f4_set(t, t, t, t)));
+            add_point(&out[0], p);
+            add_point(&out[1], p);
+        }
+    }
+}
+
+static void cut(const rti_bvh *t, uint32_t prim, rti_bvh_box box, uint32_t axis, float pos, rti_bvh_box out[2])
+{
+    rti_bvh_box half[2];
+    float lo[4], hi[4];
+    rti_f4_store(lo, box.lo);
+    rti_f4_store(hi, box.hi);
+    pos = rtk_min(rtk_max(pos, lo[axis]), hi[axis]);
+    cut_box(box, axis, pos, half);
+    out[0] = half[0];
+    out[1] = half[1];
+    if (prim >= t->b->in->tri_count)
+        return;
+    cut_triangle(&t->b->in->tris[prim], axis, pos, out);
+    for (int i = 0; i < 2; i++) {
+        out[i] = meet(out[i], half[i]);
+        if (!is_box(
+                out[i])) /* the part lies outside of what was left of the box before: by its rounding alone, or it is nothing */
+            out[i] = half[i];
+    }
+}
+
+bool rti_bvh_spatial_begin(const rti_bvh *t, const rti_bvh_range *range, rti_bvh_split *s)
+{
+    float lo[4], hi[4], scale[4] = {0};
+    rti_bvh_box both = meet(s->left, s->right);
+    s->spatial = false;
+    s->space_bins = range->count < 64 ? 8 : RTI_BVH_BINS;
+    /* Worth it only where the children of the best object split share space (Stich 2009, 4.1, with their constant), and there is
+     * room. */
+    if (range->count < 8 || range->room_end - range->room_begin <= range->count || (s->axis < 3 && !is_box(both)) ||
+        (s->axis < 3 &&
+         !(rti_bvh_area(t, both) > 1.0e-5f * t->root_area && rti_bvh_area(t, both) > 0.1f * rti_bvh_area(t, range->box))))
+        return false;
+    rti_f4_store(lo, range->box.lo);
+    rti_f4_store(hi, range->box.hi);
+    for (int a = 0; a < 3; a++) {
+        float by = 0.9999f * (float)s->space_bins / (hi[a] - lo[a]);
+        scale[a] = hi[a] - lo[a] > t->thinnest && by <= 1.0e36f ? by : 0.0f;
+    }
+    s->space_base = rti_f4_xyz(range->box.lo);
+    s->space_scale = rti_f4_load(scale);
+    for (int a = 0; a < 3; a++)
+        for (uint32_t k = 0; k < s->space_bins; k++)
+            s->planes[a][k] = scale[a] > 0.0f ? lo[a] + (float)k / scale[a] : lo[a];
+    return true;
+}
+
+static void slice_box(const rti_bvh_split *s, rti_bvh_box box, uint32_t axis, int32_t first, int32_t end, rti_bvh_box *bins)
+{
+    rti_bvh_box half[2];
+    for (int32_t k = first; k < end; k++) {
+        cut_box(box, axis, s->planes[axis][k + 1], half);
+        rti_bvh_extend(&bins[k], half[0]);
+        box = half[1];
+    }
+    rti_bvh_extend(&bins[end], box);
+}
+
+/* The triangle's parts between the planes, inside the box: corners fall into a bin, and where edges cross a plane both its bins
+ * have the point. Only costs come of these boxes, so their rounding does not matter. */
+static void slice_triangle(const rti_bvh_split *s, const rtk_tri *tri, rti_bvh_box box, uint32_t axis, int32_t first, int32_t end,
+                           rti_bvh_box *bins)
+{
+    const float *v[3] = {tri->v0, tri->v1, tri->v2};
+    float planes[RTI_BVH_BINS + 1], lo[4], hi[4];
+    rti_bvh_box parts[RTI_BVH_BINS];
+    rti_f4_store(lo, box.lo);
+    rti_f4_store(hi, box.hi);
+    planes[first] = lo[axis];
+    planes[end + 1] = hi[axis];
+    for (int32_t k = first; k <= end; k++) {
+        parts[k] = rti_bvh_nothing();
+        if (k > first)
+            planes[k] = s->planes[axis][k];
+    }
+    for (int i = 0; i < 3; i++) {
+        const float *a = v[i], *b = v[i == 2 ? 0 : i + 1], *low = a[axis] < b[axis] ? a : b, *high = low == a ? b : a;
+        rti_f4 from = rti_f4_xyz(rti_f4_load(low)), step = rti_f4_sub(rti_f4_xyz(rti_f4_load(high)), from);
+        float by = 1.0f / (high[axis] - low[axis]);
+        int32_t k = first;
+        if (a[axis] >= lo[axis] && a[axis] <= hi[axis]) {
+            while (k < end && a[axis] > planes[k + 1])
+                k++;
+            add_point(&parts[k], rti_f4_xyz(rti_f4_load(a)));
+        }
+        for (k = first; k <= end + 1 && planes[k] < high[axis]; k++) {
+            float t = (planes[k] - low[axis]) * by;
+            rti_f4 p = rti_f4_add(from, rti_f4_mul(step, rti_f4_set(t, t, t, t)));
+            if (planes[k] <= low[axis])
+                continue;
+            if (k > first)
+                add_point(&parts[k - 1], p);
+            if (k <= end)
+                add_point(&parts[k], p);
+        }
+    }
+    for (int32_t k = first; k <= end; k++) {
+        rti_bvh_box part = meet(parts[k], box);
+        if (is_box(part))
+            rti_bvh_extend(&bins[k], part);
+    }
+}
+
+void rti_bvh_spatial_bin(const rti_bvh *t, const rti_bvh_split *s, const rti_ref *refs, uint32_t count, rti_bvh_space_bins *bins)
+{
+    float last = (float)(s->space_bins - 1);
+    for (uint32_t a = 0; a < 3; a++)
+        for (uint32_t k = 0; k < RTI_BVH_BINS; k++) {
+            bins->box[a][k] = rti_bvh_nothing();
+            bins->enter[a][k] = bins->leave[a][k] = 0;
+        }
+    for (uint32_t i = 0; i < count; i++) {
+        rti_bvh_box box = rti_bvh_ref_box(&refs[i]);
+        int32_t first[4], end[4];
+        bins_of(s, box.lo, last, first);
+        bins_of(s, box.hi, last, end);
+        for (uint32_t a = 0; a < 3; a++) {
+            bins->enter[a][first[a]]++;
+            bins->leave[a][end[a]]++;
+            if (first[a] == end[a])
+                rti_bvh_extend(&bins->box[a][first[a]], box);
+            else if (refs[i].prim < t->b->in->tri_count)
+                slice_triangle(s, &t->b->in->tris[refs[i].prim], box, a, first[a], end[a], bins->box[a]);
+            else
+                slice_box(s, box, a, first[a], end[a], bins->box[a]);
+        }
+    }
+}
+
+void rti_bvh_space_bins_add(rti_bvh_space_bins *to, const rti_bvh_space_bins *from)
+{
+    for (uint32_t a = 0; a < 3; a++)
+        for (uint32_t k = 0; k < RTI_BVH_BINS; k++) {
+            rti_bvh_extend(&to->box[a][k], from->box[a][k]);
+            to->enter[a][k] += from->enter[a][k];
+            to->leave[a][k] += from->leave[a][k];
+        }
+}
+
+static void find_on_axis(const rti_bvh *t, const rti_bvh_space_bins *bins, uint32_t a, uint32_t room, rti_bvh_split *s)
+{
+    rti_bvh_box right[RTI_BVH_BINS + 1], left = rti_bvh_nothing();
+    uint32_t right_count[RTI_BVH_BINS + 1], left_count = 0;
+    right[s->space_bins] = rti_bvh_nothing();
+    right_count[s->space_bins] = 0;
+    for (uint32_t k = s->space_bins; k-- > 1;) {
+        right[k] = right[k + 1];
+        rti_bvh_extend(&right[k], bins->box[a][k]);
+        right_count[k] = right_count[k + 1] + bins->leave[a][k];
+    }
+    for (uint32_t k = 1; k < s->space_bins; k++) {
+        float cost;
+        rti_bvh_extend(&left, bins->box[a][k - 1]);
+        left_count += bins->enter[a][k - 1];
+        if (left_count == 0 || right_count[k] == 0 || left_count + right_count[k] > room)
+            continue;
+        cost = rti_bvh_area(t, left) * rti_bvh_leaf_cost(t, left_count) +
+               rti_bvh_area(t, right[k]) * rti_bvh_leaf_cost(t, right_count[k]);
+        if (cost < s->cost) {
+            s->spatial = true;
+            s->cost = cost;
+            s->axis = a;
+            s->bin = k;
+            s->left_count = left_count;
+            s->right_count = right_count[k];
+        }
+    }
+}
+
+void rti_bvh_spatial_find(const rti_bvh *t, const rti_bvh_space_bins *bins, uint32_t room, rti_bvh_split *s)
+{
+    float scale[4];
+    rti_f4_store(scale, s->space_scale);
+    for (uint32_t a = 0; a < 3; a++)
+        if (scale[a] > 0.0f)
+            find_on_axis(t, bins, a, room, s);
+}
+
+void rti_bvh_spatial_counts(const rti_bvh_split *s, const rti_bvh_space_bins *bins, uint32_t *left, uint32_t *right)
+{
+    *left = *right = 0;
+    for (uint32_t k = 0; k < RTI_BVH_BINS; k++) {
+        *left += k < s->bin ? bins->enter[s->axis][k] : 0;
+        *right += k < s->bin ? 0 : bins->leave[s->axis][k];
+    }
+}
+
+static void put(rti_ref *to, rti_bvh_box box, uint32_t prim, rti_bvh_box *boxes, rti_bvh_box *mids)
+{
+    rti_f4_store(to->lo, box.lo);
+    rti_f4_store(to->hi, box.hi);
+    to->prim = prim;
+    to->pad = 0;
+    rti_bvh_extend(boxes, box);
+    add_point(mids, rti_bvh_mid(box));
+}
+
+void rti_bvh_spatial_scatter(const rti_bvh *t, const rti_bvh_split *s, const rti_ref *refs, uint32_t count, rti_ref *left,
+                             rti_ref *right, rti_bvh_box boxes[2], rti_bvh_box mids[2])
+{
+    float base[4], scale[4], last = (float)(s->space_bins - 1), pos;
+    uint32_t a = s->axis;
+    rti_f4_store(base, s->space_base);
+    rti_f4_store(scale, s->space_scale);
+    pos = s->planes[a][s->bin];
+    for (uint32_t i = 0; i < count; i++) {
+        rti_bvh_box box = rti_bvh_ref_box(&refs[i]), half[2];
+        uint32_t first = (uint32_t)bin_of(refs[i].lo[a], base[a], scale[a], last);
+        uint32_t end = (uint32_t)bin_of(refs[i].hi[a], base[a], scale[a], last);
+        half[0] = half[1] = box;
+        if (first < s->bin && end >= s->bin)
+            cut(t, refs[i].prim, box, a, pos, half);
+        if (first < s->bin)
+            put(left++, half[0], refs[i].prim, &boxes[0], &mids[0]);
+        if (end >= s->bin)
+            put(--right, half[1], refs[i].prim, &boxes[1], &mids[1]);
+    }
+}
