@@ -332,7 +332,10 @@ static void a_run_measures_every_tracer(void **state)
     int tracers = 0;
     while (rt_tracer_at((uint32_t)tracers, NULL))
         tracers++;
-    assert_int_equal(rows, 1 + 5 * 2 * (3 * tracers + 1)); /* sets, threads, blocks, with and without hints, and arrays of all, and the scene itself */
+    assert_int_equal(
+        rows,
+        1 + 5 * 2 *
+                (3 * tracers + 1)); /* sets, threads, blocks, with and without hints, and arrays of all, and the scene itself */
 }
 
 int main(void)
