@@ -6,6 +6,8 @@
 #include "lane.h"
 #include "lanes.h"
 
+#define KD_TRIED 8u
+
 typedef struct kd_packet {
     /* The rays as they came. */
     const rtk_scene *scene;
@@ -25,6 +27,7 @@ typedef struct kd_packet {
     rti_vf t0, t1;
     uint32_t ready, missed;
     rtk_pray prays[RTI_LANES];
+    uint32_t tried[KD_TRIED], tried_lanes[KD_TRIED]; /* references that lanes have met by themselves, by their low bits */
     /* Of the rays that walk together. */
     uint32_t kx, ky, kz;
     rti_vf kox, koy, koz, sx, sy, kdz;
@@ -85,6 +88,8 @@ static inline uint32_t kd_packet_prepare(kd_packet *p, const rtk_part *part, uin
     in = (rti_vm)(rti_le(t0, t1) & ~rti_lt(t1, p->tmin) & ~rti_lt(p->tmax, t0));
     p->part = part;
     p->ready = p->missed = 0;
+    for (uint32_t i = 0; i < KD_TRIED; i++)
+        p->tried[i] = RTK_INVALID;
     p->t0 = rti_vf_max(t0, p->tmin);
     p->t1 = rti_vf_min(t1, p->tmax);
     *far = rti_bits(rti_lt(rti_vf_all(RTK_FAR * part->scale), out)) & p->live;
@@ -152,6 +157,20 @@ static inline void kd_packet_answer(kd_packet *p, uint32_t lane, const rtk_query
     p->prim[lane] = (int32_t)q->best.prim;
     p->geom[lane] = (int32_t)q->best.geom;
     p->done |= (done ? 1u : 0u) << lane;
+}
+
+/* Of `lanes`, those that have not yet met reference `ref` by themselves: leaves repeat triangles, and what is worth another look
+ * in one is so in the next, to the same end. */
+static inline uint32_t kd_packet_untried(kd_packet *p, uint32_t ref, uint32_t lanes)
+{
+    uint32_t at = ref % KD_TRIED;
+    if (p->tried[at] != ref) {
+        p->tried[at] = ref;
+        p->tried_lanes[at] = 0;
+    }
+    lanes &= ~p->tried_lanes[at];
+    p->tried_lanes[at] |= lanes;
+    return lanes;
 }
 
 /* Triangle `tri` for `lanes`: rtk_tri_intersect's operations, one for one. Returns the lanes that it certainly hits in (tmin,

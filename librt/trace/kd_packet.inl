@@ -95,6 +95,8 @@ static inline void RTK_NAME(packet_tri)(kd_packet *p, uint32_t ref, uint32_t lan
     }
     if (RTK_MODE & RTK_MODE_ANY)
         rough &= ~p->done;
+    if (rough)
+        rough = kd_packet_untried(p, ref, rough);
     for (; rough; rough &= rough - 1)
         RTK_NAME(lane_prim)(p, (uint32_t)__builtin_ctz(rough), ref);
 }
