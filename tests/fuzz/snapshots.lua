@@ -26,7 +26,7 @@ local function parts()
     centers[i + 1] = {i % 4 * 0.01, i // 4 % 4 * 0.01, i // 16 * 0.01}
   end
   return rt.scene {
-    settings = { accel = "kdtree,octree" },
+    settings = { accel = "kdtree,octree,bvh" },
     rt.spheres { centers = centers, radius = 0.002 },
     rt.box { low = {-1000, -1, -1000}, high = {1000, 0, 1000} },
   }
@@ -35,7 +35,7 @@ end
 local function mesh()
   local image = rt.image { width = 2, height = 2, pixel = function(x, y) return x, y, 0.5 end }
   return rt.scene {
-    settings = { accel = "kdtree,octree" },
+    settings = { accel = "kdtree,octree,bvh" },
     rt.mesh {
       vertices = { {-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0} }, faces = { {1, 2, 3}, {1, 3, 4} },
       uvs = { {0, 0}, {1, 0}, {1, 1}, {0, 1} }, normals = { {0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1} },
@@ -46,7 +46,7 @@ local function mesh()
 end
 
 for _, item in ipairs {
-  { "empty", rt.scene {} }, { "mesh", mesh() }, { "octree", shapes("octree,kdtree") }, { "shapes", shapes("kdtree") }, { "parts", parts() },
+  { "empty", rt.scene {} }, { "mesh", mesh() }, { "octree", shapes("octree,kdtree,bvh") }, { "shapes", shapes("kdtree") }, { "parts", parts() },
 } do
   item[2]:save(folder .. "/" .. item[1])
 end
