@@ -139,7 +139,7 @@ static void set_table(FILE *out, const bench_options *o, const bench_row *rows, 
         PUT(5, "%u", r->threads);
         PUT(6, "%.2f", rate(o, r));
         PUT(7, "%.2f - %.2f", o->wall ? r->wall_low : r->cpu_low, o->wall ? r->wall_high : r->cpu_high);
-        PUT(8, "%.1f", 1e3 / r->cpu);
+        PUT(8, "%.1f", 1e3 * r->threads / r->cpu);
         PUT(9, "%llu", (unsigned long long)r->hits);
         PUT(10, "%llu", (unsigned long long)r->differ);
         if (r->brute_rays > 0)
@@ -342,7 +342,7 @@ void bench_csv_row(FILE *out, const bench_options *o, const bench_row *r)
     number(out, r->wall, true);
     number(out, r->wall_low, true);
     number(out, r->wall_high, true);
-    number(out, 1e3 / r->cpu, true);
+    number(out, 1e3 * r->threads / r->cpu, true);
     number(out, r->ceiling, r->ceiling > 0);
     number(out, b->seconds, built);
     number(out, b->cpu, built);
