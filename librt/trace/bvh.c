@@ -1,8 +1,9 @@
-/* The eight-wide BVH, one ray at a time, in plain C: what the vector kernels are held against. */
-#include "../kernel/bvh.h"
+/* The eight-wide BVH: boxes of a node and triangles of a leaf in vectors; batches that are marked coherent in packets. */
+#include "bvh_packet.h"
 #define RTI_TRACER_NAME bvh
-#define RTK_WALK_INL    "../kernel/bvh_walk.inl"
+#define RTK_WALK_INL    "../trace/bvh_lanes.inl"
 #define RTK_TREE        bvh
 #define RTK_TOP_TREE    top_bvh
 #define RTI_MODE_INL    "single.inl"
+#define RTI_PACKET_INL  "bvh_packet.inl"
 #include "modes.inl"

@@ -59,6 +59,28 @@ static void fill(batch *b, const test_targets *t, test_rng *rng)
     fill_kinds(b, t, rng, 0, TEST_RAY_KINDS);
 }
 
+/* Tiles of 64 rays that lie beside their first one, a third of them with one origin, a third very narrow. */
+static void make_tiles(batch *b, test_rng *rng)
+{
+    for (uint32_t i = 0; i < BATCH; i++) {
+        const uint32_t first = i / 64 * 64, way = i / 64 % 3, k = i % RTK_BLOCK;
+        const rtk_trace_block *f = &b->rays[first / RTK_BLOCK];
+        rtk_trace_block *r = &b->rays[i / RTK_BLOCK];
+        float wide = way == 1 ? 1e-4f : 0.05f, size, far = 0.0f;
+        if (i == first)
+            continue;
+        size = rtk_maxabs(rtk_v3(f->dx[0], f->dy[0], f->dz[0]));
+        if (way != 0 && rtk_finite(f->ox[0]) && rtk_finite(f->oy[0]) && rtk_finite(f->oz[0]))
+            far = 1e-3f * rtk_maxabs(rtk_v3(f->ox[0], f->oy[0], f->oz[0]));
+        r->ox[k] = f->ox[0] + far * test_unit(rng);
+        r->oy[k] = f->oy[0] + far * test_unit(rng);
+        r->oz[k] = f->oz[0] + far * test_unit(rng);
+        r->dx[k] = f->dx[0] + wide * size * (test_unit(rng) - 0.5f);
+        r->dy[k] = f->dy[0] + wide * size * (test_unit(rng) - 0.5f);
+        r->dz[k] = f->dz[0] + wide * size * (test_unit(rng) - 0.5f);
+    }
+}
+
 /* The rays of a block become a beam about its first one, which was aimed at something: what packets are made for. */
 static void make_beams(batch *b, test_rng *rng)
 {
@@ -159,9 +181,9 @@ static void sweep(const test_world *w, const rti_tracer *judge, uint64_t count, 
         judge->intersect(&w->scene, b.rays, b.hits, BATCH, 0, &(rti_scratch){0});
         for (uint32_t i = 0; i < BATCH; i++)
             hits += b.hits[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;
-        for (int beams = 0; beams < 2; beams++) {
+        for (int beams = 0; beams < 3; beams++) {
             if (beams)
-                make_beams(&b, &rng);
+                (beams == 1 ? make_beams : make_tiles)(&b, &rng);
             for (uint32_t i = 0; i < rti_tracer_count(); i++)
                 if (rti_tracer_at(test_isa(), i)->tree != RTK_TREE_NONE)
                     compare_coherent(&b, &w->scene, judge, rti_tracer_at(test_isa(), i), what);

@@ -1,0 +1,140 @@
+/* What walks of the eight-wide BVH in vectors share. */
+#ifndef RTI_BVH_LANES_H
+#define RTI_BVH_LANES_H
+
+#include "../kernel/bvh.h"
+#include "../kernel/query.h"
+#include "tri_lanes.h"
+
+/* What waits: a slot, and where the ray enters it. */
+typedef struct bvh_entry {
+    float t;
+    rtk_u32 child, count;
+} bvh_entry;
+
+#if RTI_SIMD >= 8
+#define NODE(op) rti_f8_##op
+#define NODE_N   8
+typedef rti_f8 bvh_vec;
+#define node_bits rti_m8_bits
+#else
+#define NODE(op)  rti_f4_##op
+#define NODE_N    4
+typedef rti_f4 bvh_vec;
+#define node_bits rti_m4_bits
+#endif
+
+/* A ray against boxes; near: rows of box with the planes that it enters by. */
+typedef struct bvh_ray {
+    bvh_vec ox, oy, oz, ix, iy, iz, t0;
+    rtk_u32 near[3];
+} bvh_ray;
+
+RTI_VEC bvh_ray bvh_ray_of(const rtk_pray *r)
+{
+    bvh_ray v;
+    v.ox = NODE(set)(r->org.x);
+    v.oy = NODE(set)(r->org.y);
+    v.oz = NODE(set)(r->org.z);
+    v.ix = NODE(set)(r->inv.x);
+    v.iy = NODE(set)(r->inv.y);
+    v.iz = NODE(set)(r->inv.z);
+    v.t0 = NODE(set)(r->t0);
+    v.near[0] = (rtk_bits(r->inv.x) >> 31) * RTK_BVH_WIDTH;
+    v.near[1] = (2u + (rtk_bits(r->inv.y) >> 31)) * RTK_BVH_WIDTH;
+    v.near[2] = (4u + (rtk_bits(r->inv.z) >> 31)) * RTK_BVH_WIDTH;
+    return v;
+}
+
+/* The slots that the ray enters at or before `reach`, as bits; t: where it enters each. */
+RTI_VEC rtk_u32 bvh_open(const rtk_bvhnode *n, const bvh_ray *v, float reach, float t[RTK_BVH_WIDTH])
+{
+    const float *box = &n->box[0][0][0];
+    const float *x = box + v->near[0], *y = box + v->near[1], *z = box + v->near[2];
+    const float *fx = box + (v->near[0] ^ RTK_BVH_WIDTH), *fy = box + (v->near[1] ^ RTK_BVH_WIDTH),
+                *fz = box + (v->near[2] ^ RTK_BVH_WIDTH);
+    bvh_vec end = NODE(set)(reach);
+    rtk_u32 bits = 0u;
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i += NODE_N) {
+        bvh_vec t0 = NODE(max)(NODE(max)((NODE(load)(x + i) - v->ox) * v->ix, (NODE(load)(y + i) - v->oy) * v->iy),
+                               NODE(max)((NODE(load)(z + i) - v->oz) * v->iz, v->t0));
+        bvh_vec t1 = NODE(min)(NODE(min)((NODE(load)(fx + i) - v->ox) * v->ix, (NODE(load)(fy + i) - v->oy) * v->iy),
+                               NODE(min)((NODE(load)(fz + i) - v->oz) * v->iz, end));
+        NODE(store)(t + i, t0);
+        bits |= node_bits(NODE(le)(t0, t1)) << i;
+    }
+    return bits;
+}
+
+/* A distance that no box may be entered behind, in the prepared ray's t: the end of the ray, and the best hit (rtk_query_done).
+ * That one's t is outer + (tshift + x): where those are not zero, as much is added as three roundings can be off. */
+RTI_VEC float bvh_reach(const rtk_query *q, rtk_u32 mode, const rtk_pray *r, float outer)
+{
+    float best = q->best.t, x = best;
+    if (mode & RTK_MODE_ANY)
+        return r->t1;
+    if (outer != 0.0f || r->tshift != 0.0f)
+        x = ((best - outer) - r->tshift) + 9.5367432e-07f * (rtk_fabs(best) + rtk_fabs(outer) + rtk_fabs(r->tshift));
+    return rtk_min(x, r->t1);
+}
+
+RTI_VEC void bvh_tri_ray(const rtk_pray *r, rti_tri_ray4 *v)
+{
+    v->ox = rti_f4_set(r->korg.x);
+    v->oy = rti_f4_set(r->korg.y);
+    v->oz = rti_f4_set(r->korg.z);
+    v->sx = rti_f4_set(r->sx);
+    v->sy = rti_f4_set(r->sy);
+    v->kdz = rti_f4_set(r->kdz);
+    v->tmin = rti_f4_set(r->tmin);
+    v->tmax = rti_f4_set(r->tmax);
+    v->tshift = rti_f4_set(r->tshift);
+    v->scale = rti_f4_set(r->scale);
+}
+
+/* rtk_query_tri behind a test that has accepted. */
+RTI_VEC int bvh_take(rtk_query *q, rtk_u32 mode, const rtk_pray *r, const rtk_tri *tri, float t, float u, float v, float outer)
+{
+    if (outer != 0.0f) {
+        t = outer + t;
+        if (!(t > q->ray.tmin && t < q->ray.tmax))
+            return 0;
+    }
+    if (!rtk_query_wants(q, mode, t, tri->geom, tri->prim) || !rtk_query_sees(q, tri->geom, tri->prim, r->org, u, v))
+        return 0;
+    rtk_query_take(q, t, u, v, tri->geom, tri->prim);
+    return (mode & RTK_MODE_ANY) != 0u;
+}
+
+/* The blocks of a leaf. */
+RTI_VEC int bvh_blocks(rtk_query *q, rtk_u32 mode, const rtk_pray *r, const rti_tri_ray4 *lanes, const rtk_tree *tree, rtk_u32 at,
+                       rtk_u32 count, float outer)
+{
+    rtk_u32 k, end = (at + count + 3u) / 4u;
+    for (k = at / 4u; k < end; k++) {
+        const rtk_bvhblock *b = &tree->blocks[k];
+        rti_f4 p0[3] = {rti_f4_load(b->v0[r->kx]), rti_f4_load(b->v0[r->ky]), rti_f4_load(b->v0[r->kz])};
+        rti_f4 p1[3] = {rti_f4_load(b->v1[r->kx]), rti_f4_load(b->v1[r->ky]), rti_f4_load(b->v1[r->kz])};
+        rti_f4 p2[3] = {rti_f4_load(b->v2[r->kx]), rti_f4_load(b->v2[r->ky]), rti_f4_load(b->v2[r->kz])};
+        rti_tri_hit4 hit;
+        float t[4], u[4], v[4];
+        rtk_u32 bits = rti_tri4(lanes, p0, p1, p2, 15u, &hit);
+        if (bits == 0u)
+            continue;
+        rti_f4_store(t, hit.t);
+        rti_f4_store(u, hit.u);
+        rti_f4_store(v, hit.v);
+        for (; bits != 0u; bits &= bits - 1u) {
+            rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
+            const rtk_tri *tri;
+            if (!(hit.doubt >> i & 1u) && !(mode & RTK_MODE_ANY) && outer == 0.0f && t[i] > q->best.t)
+                continue;
+            tri = &q->group->tris[tree->refs[4u * k + i]];
+            if (hit.doubt >> i & 1u ? rtk_query_tri(q, mode, r, tri) : bvh_take(q, mode, r, tri, t[i], u[i], v[i], outer))
+                return 1;
+        }
+    }
+    return 0;
+}
+
+#endif

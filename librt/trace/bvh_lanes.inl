@@ -1,0 +1,72 @@
+/* Walk of an eight-wide BVH by one ray: all boxes of a node at once, triangles four at a time. Instantiated like
+ * kernel/bvh_walk.inl, which is told in full there; what a ray is counted for (RTK_MODE_STEPS) is that walk's, so that it is the
+ * same at every instruction set.
+ */
+#if RTK_MODE & 4
+#include "../kernel/bvh_walk.inl"
+#else
+RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_pray *r, float outer)
+{
+    bvh_entry stack[RTK_BVH_STACK];
+    const bvh_ray v = bvh_ray_of(r);
+    rti_tri_ray4 lanes = {0};
+    float reach = bvh_reach(q, RTK_MODE, r, outer);
+    rtk_u32 at = 0u, count = 0u, top = 0u, ready = 0u, i;
+    (void)prim_count;
+    if (rtk_query_done(q, RTK_MODE, r, outer, r->t0))
+        return 0;
+    for (;;) {
+        while (count == 0u) {
+            float t[RTK_BVH_WIDTH];
+            const rtk_bvhnode *n = &tree.bvh[at];
+            rtk_u32 bits = bvh_open(n, &v, reach, t);
+            if (bits == 0u)
+                goto next;
+            i = (rtk_u32)__builtin_ctz(bits);
+            bits &= bits - 1u;
+            at = n->child[i];
+            count = n->count[i];
+            if (bits == 0u)
+                continue;
+            bvh_entry near = {t[i], at, count};
+            do {
+                bvh_entry e;
+                rtk_u32 to = top;
+                i = (rtk_u32)__builtin_ctz(bits);
+                bits &= bits - 1u;
+                e = (bvh_entry){t[i], n->child[i], n->count[i]};
+                if (e.t < near.t) {
+                    bvh_entry x = near;
+                    near = e;
+                    e = x;
+                }
+                stack[to] = e;
+                top++;
+            } while (bits != 0u);
+            at = near.child;
+            count = near.count;
+        }
+        if (at < 4u * tree.block_count) {
+            if (!ready) {
+                bvh_tri_ray(r, &lanes);
+                ready = 1u;
+            }
+            if (bvh_blocks(q, RTK_MODE, r, &lanes, &tree, at, count, outer))
+                return 1;
+        } else {
+            for (i = 0u; i < count; i++)
+                if (RTK_PRIM(q, RTK_MODE, r, tree.refs[at + i]))
+                    return 1;
+        }
+        reach = bvh_reach(q, RTK_MODE, r, outer);
+    next:
+        do {
+            if (top == 0u)
+                return 0;
+            top--;
+        } while (stack[top].t > reach);
+        at = stack[top].child;
+        count = stack[top].count;
+    }
+}
+#endif

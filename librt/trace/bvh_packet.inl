@@ -1,0 +1,82 @@
+/* One mode of the walk by packets, behind that by single rays (single.inl), whose functions it calls. Included by bvh.c. */
+
+/* The rays of a packet for which more than triangles of the scene itself is to be asked, or that go singly, in a part. */
+static void RTK_NAME(packet_single)(packet *p, const rtk_part *part, uint64_t rays)
+{
+    for (; rays != 0u; rays &= rays - 1u) {
+        rtk_u32 i = (rtk_u32)__builtin_ctzll(rays);
+        rtk_query q;
+        rtk_pray r;
+        packet_query(p, i, &q);
+        if (!rtk_ray_prepare(q.ray, part->lo, part->hi, part->scale, &r))
+            continue;
+        if (RTK_NAME(group_walk)(&q, part->bvh, part->count, &r, 0.0f))
+            p->done |= (uint64_t)1u << i;
+        packet_answer(p, i, &q);
+    }
+}
+
+static void RTK_NAME(packet_part)(packet *p, const rtk_part *part, uint64_t rays)
+{
+    uint64_t far;
+    rays = packet_prepare(p, part, rays, &far);
+    RTK_NAME(packet_single)(p, part, far);
+    while (rays != 0u) {
+        rtk_u32 key = p->axis[__builtin_ctzll(rays)];
+        uint64_t same = 0u;
+        for (rtk_u32 i = 0u; i < PACKET; i++)
+            same |= (uint64_t)(p->axis[i] == key) << i;
+        same &= rays;
+        rays &= ~same;
+        if ((rtk_u32)__builtin_popcountll(same) >= PACKET_FEW) {
+            packet_begin(p, same);
+            same = packet_walk(p, RTK_MODE, part);
+        }
+        RTK_NAME(packet_single)(p, part, same);
+    }
+}
+
+/* Planes, instances, and what finishes a hit, one ray at a time. */
+static void RTK_NAME(packet_rest)(packet *p, rtk_u32 n, uint64_t valid, rtk_hit_block *hits)
+{
+    for (rtk_u32 i = 0u; i < n; i++) {
+        rtk_query q;
+        packet_query(p, i, &q);
+        if (valid >> i & 1u && !(p->done >> i & 1u)) {
+            if (rtk_query_planes(&q, RTK_MODE, q.ray) || RTK_NAME(instances)(&q))
+                p->done |= (uint64_t)1u << i;
+        }
+        if (!(RTK_MODE & RTK_MODE_ANY))
+            rti_lane_hit(&q, hits, p->first + i);
+    }
+}
+
+static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                              uint32_t count, rti_scratch *scratch)
+{
+    const rtk_group *g = scene->groups;
+    int plain = g->plane_count == 0u && g->shape_count == 0u && scene->instance_count == 0u;
+    packet p;
+    for (rtk_u32 first = 0u; first < count; first += PACKET) {
+        rtk_u32 n = count - first < PACKET ? count - first : PACKET;
+        uint64_t valid = packet_load(&p, scene, rays, first, n, scratch);
+        for (rtk_u32 k = 0u; k < g->part_count; k++)
+            RTK_NAME(packet_part)(&p, &g->parts[k], valid & ~p.done);
+        if (!plain)
+            RTK_NAME(packet_rest)(&p, n, valid, hits);
+        for (rtk_u32 at = 0u; at < n; at += RTK_BLOCK) {
+            rtk_u32 b = (first + at) / RTK_BLOCK, lanes = n - at < RTK_BLOCK ? n - at : RTK_BLOCK;
+            if (RTK_MODE & RTK_MODE_ANY) {
+                occluded[b] = (uint16_t)(p.done >> at & ((1u << lanes) - 1u));
+            } else if (plain) {
+                memcpy(hits[b].t, p.t + at, lanes * sizeof(float));
+                memcpy(hits[b].u, p.u + at, lanes * sizeof(float));
+                memcpy(hits[b].v, p.v + at, lanes * sizeof(float));
+                memcpy(hits[b].prim, p.prim + at, lanes * sizeof(float));
+                memcpy(hits[b].geom, p.geom + at, lanes * sizeof(float));
+                for (rtk_u32 i = 0u; i < lanes; i++)
+                    hits[b].inst[i] = RTK_INVALID;
+            }
+        }
+    }
+}
