@@ -94,7 +94,8 @@ end
 local function read_point(p, index, study)
   local point = {
     index = index, key = string_or(p.key, tostring(index)), values = {}, status = string_or(p.status, "missing"), message = string_or(p.message),
-    image = safe_image(p.image), map = safe_image(p.map), width = finite(p.width), height = finite(p.height), hash = string_or(p.hash), runs = #list(p.runs),
+    image = safe_image(p.image), map = safe_image(p.map),
+    width = finite(p.width), height = finite(p.height), hash = string_or(p.hash), runs = #list(p.runs),
     oversubscribed = p.oversubscribed == true, mixed = p.mixed == true, machine = math.tointeger(p.machine), per_worker = busy(p.per_worker),
     median = cells(p.median, study.columns), q1 = cells(p.q1, study.columns), q3 = cells(p.q3, study.columns),
     derived = cells(p.derived, study.columns),

@@ -152,7 +152,8 @@ local function into_unit(plot)
 end
 
 local PLAIN = {
-  seconds = "time", build_seconds = "time of the trees", speedup = "speed-up", psnr = "PSNR", mse = "mean squared error", ssim = "SSIM", flip = "FLIP",
+  seconds = "time", build_seconds = "time of the trees", speedup = "speed-up", psnr = "PSNR", mse = "mean squared error", ssim = "SSIM",
+  flip = "FLIP",
   differing = "differing pixels", peak_memory_bytes = "peak memory",
 }
 

@@ -47,7 +47,8 @@ function again.keep(s)
       points[i]:set(key, p[key] and pack(p[key]))
     end
   end
-  s.store:replace("plan.json", json.encode(json.object():set("format", FORMAT):set("title", pack(s.title)):set("command", s.command and packed(s.command))
+  s.store:replace("plan.json", json.encode(json.object():set("format", FORMAT):set("title", pack(s.title))
+    :set("command", s.command and packed(s.command))
     :set("scene", pack(s.scene_name)):set("mode", s.base.mode):set("preset", s.preset and s.preset.name):set("zip", s.zip):set("runs", s.count)
     :set("warmup", s.warmup):set("reference", s.reference and pack(s.reference)):set("machine", s.machine.fingerprint):set("axes", axes)
     :set("points", points)) .. "\n")
@@ -90,7 +91,8 @@ local function sweep_of(folder, plan)
     axes[i] = { name = a.name, kind = a.kind, type = a.type, help = a.help, values = unpacked(a.values) }
   end
   return {
-    title = unpack_text(plan.title), command = plan.command and unpacked(plan.command), scene_name = unpack_text(plan.scene), base = { mode = plan.mode },
+    title = unpack_text(plan.title), command = plan.command and unpacked(plan.command), scene_name = unpack_text(plan.scene),
+    base = { mode = plan.mode },
     preset = plan.preset and presets[plan.preset], zip = plan.zip, count = plan.runs, warmup = plan.warmup, output = folder,
     reference = plan.reference and unpack_text(plan.reference), axes = axes, points = points_of(plan, axes), machine = machine,
     machines = store.machine_list, store = store, looks_again = true,

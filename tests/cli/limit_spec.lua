@@ -68,7 +68,8 @@ describe("--limit", function()
   it("keeps what is finished of a render whose time runs out", function()
     local r, folder
     for _, seconds in ipairs { 1, 4, 16, 64 } do -- the script takes its time, too, and the first tile
-      r, folder = run("return scene { settings = { width = 1000, height = 1000, samples = 65536, workers = 1, tile = 1 } }", ("time=%ds"):format(seconds))
+      r, folder = run("return scene { settings = { width = 1000, height = 1000, samples = 65536, workers = 1, tile = 1 } }",
+        ("time=%ds"):format(seconds))
       if r.err:find("what is finished is in", 1, true) then
         break
       end

@@ -335,7 +335,8 @@ describe("rtray sweep", function()
   it("that was killed is shown by rtray report: its tables are made from the journal", function()
     local folder = support.folder()
     scene(folder)
-    local args = { "sweep", "x.lua", "-o", "out", "-q", "-n", "512", "--over", "word=a,\255", "--over", "size=12x8,4000x3000", "--zip", "--runs", "1" }
+    local args = { "sweep", "x.lua", "-o", "out", "-q", "-n", "512", "--over", "word=a,\255", "--over", "size=12x8,4000x3000",
+      "--zip", "--runs", "1" }
     local r = support.ended(args, "KILL", "grep -q '\"t\":\"run\"' out/journal.jsonl", folder)
     assert.same({ true, 137 }, { r.met, r.status })
     assert.is_false(support.exists(folder .. "/out/results.json"))

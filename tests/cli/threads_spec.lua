@@ -37,7 +37,8 @@ describe("threads", function()
     ends(1, run(folder, "render", "search.lua", "--limit", "time=200ms"), "ran out in the script")
     scene(folder, "width = 1000, height = 800, samples = 65536, workers = 3, tile = 4")
     ends(1, run(folder, "render", "s.lua", "-q", "--limit", "time=2s"), "the time limit of 2s ran out in the ")
-    ends(1, run(folder, "render", "s.lua", "-q", "--limit", "memory=12M", "--size", "2000x2000", "--preview", "p.png"), "the memory limit of 12M ran out")
+    ends(1, run(folder, "render", "s.lua", "-q", "--limit", "memory=12M", "--size", "2000x2000", "--preview", "p.png"),
+      "the memory limit of 12M ran out")
   end)
 
   it("of a limit that holds, with files that workers' textures come from", function()

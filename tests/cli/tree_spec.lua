@@ -273,7 +273,8 @@ end }]])
   it("is ended by a signal", function()
     local place = support.folder()
     support.write(place .. "/long.lua", (support.read(scene):gsub("^", "io.stderr:write 'it runs'\n")))
-    for _, args in ipairs { { "pixel", "long.lua", "30,20", "-n", "65536", "--shadow-samples", "4096" }, { "tree", "long.lua", "--size", "8000x6000" } } do
+    for _, args in ipairs { { "pixel", "long.lua", "30,20", "-n", "65536", "--shadow-samples", "4096" },
+      { "tree", "long.lua", "--size", "8000x6000" } } do
       local r = support.ended(args, "INT", 'grep -q "it runs" "$LOG"', place)
       assert.same({ true, 130 }, { r.met, r.status }, r.err)
       assert.truthy(r.err:find(args[1] .. ": interrupted", 1, true), r.err)

@@ -112,8 +112,10 @@ describe("JSON", function()
 
   it("reads numbers strictly", function()
     assert.same({ 0, -0.0, 10, 0.5, -1.25e-3, 2e3 }, json.decode "[0,-0,10,0.5,-1.25E-3,2e+3]")
-    for text, words in pairs { ["01"] = "begins with 0", ["-00.5"] = "begins with 0", ["1."] = "no digit behind the point", ["[1.]"] = "no digit behind",
-      ["1.e5"] = "no digit behind", ["1e"] = "no digit in the exponent", ["1e+"] = "no digit in the exponent", ["+1"] = "no value", [".5"] = "no value",
+    for text, words in pairs { ["01"] = "begins with 0", ["-00.5"] = "begins with 0", ["1."] = "no digit behind the point",
+      ["[1.]"] = "no digit behind",
+      ["1.e5"] = "no digit behind", ["1e"] = "no digit in the exponent", ["1e+"] = "no digit in the exponent", ["+1"] = "no value",
+      [".5"] = "no value",
       ["-"] = "no value", ["0x10"] = "behind", ["1.5.2"] = "behind", ["NaN"] = "no value", ["Infinity"] = "no value" } do
       local value, why = json.decode(text)
       assert.is_nil(value, text)
