@@ -9,26 +9,36 @@ RTI_LANES_FN static void offsets(const rti_frame *f, const uint32_t *pixel, uint
     const uint32_t seed = f->seed;
     const rtk_key root = rtk_key_root();
     const float width = f->set.desc.filter_width;
-    rtk_uv u[RTK_BLOCK];
-    for (uint32_t k = 0; k < RTK_BLOCK; k++)
-        u[k] = rtk_random2(rtk_vertex_seed(seed, pixel[k], root), sample, RTK_DIM_FILTER_X);
-    if (f->set.desc.filter == RT_FILTER_GAUSSIAN) {
-        for (uint32_t k = 0; k < RTK_BLOCK; k++)
-            u[k] = rtk_filter_gaussian(u[k], width);
-    } else {
-        for (uint32_t k = 0; k < RTK_BLOCK; k++)
-            u[k] = rtk_filter_box(u[k], width);
+    float x[RTK_BLOCK] RTI_ROW, y[RTK_BLOCK] RTI_ROW;
+    RTI_EACH_LANE(k)
+    {
+        uint32_t vertex = rtk_vertex_seed(seed, pixel[k], root), at = rtk_shuffled(vertex, sample, RTK_DIM_FILTER_X);
+        x[k] = rtk_unit_float(rtk_scrambled(vertex, at, RTK_DIM_FILTER_X));
+        y[k] = rtk_unit_float(rtk_scrambled(vertex, at, RTK_DIM_FILTER_Y));
     }
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
-        dx[k] = u[k].x;
-        dy[k] = u[k].y;
+    if (f->set.desc.filter == RT_FILTER_GAUSSIAN) { /* takes a logarithm: lane after lane */
+        for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+            rtk_uv u = {x[k], y[k]};
+            u = rtk_filter_gaussian(u, width);
+            dx[k] = u.x;
+            dy[k] = u.y;
+        }
+    } else {
+        RTI_EACH_LANE(k)
+        {
+            rtk_uv u = {x[k], y[k]};
+            u = rtk_filter_box(u, width);
+            dx[k] = u.x;
+            dy[k] = u.y;
+        }
     }
 }
 
 RTI_LANES_FN static void rays(const rti_frame *f, const float *px, const float *py, rtk_trace_block *restrict t)
 {
     const rtk_lens lens = f->lens;
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         rtk_vec3 org, dir;
         rtk_lens_ray(lens, px[k], py[k], &org, &dir);
         t->ox[k] = org.x;
@@ -47,7 +57,8 @@ RTI_LANES_FN static void states(const rti_frame *f, uint32_t sample, rtk_path_bl
 {
     const float width = f->lens.width, spread = f->lens.spread;
     const rtk_key root = rtk_key_root();
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         p->tpr[k] = 1.0f;
         p->tpg[k] = 1.0f;
         p->tpb[k] = 1.0f;
@@ -67,11 +78,12 @@ void RTI_ISA_FN(rti_lanes_camera)(const rti_frame *f, const uint32_t *x, const u
 {
     const uint32_t width = f->set.desc.width;
     float dx[RTK_BLOCK] = {0}, dy[RTK_BLOCK] = {0};
-    for (uint32_t k = 0; k < RTK_BLOCK; k++)
-        path->pixel[k] = y[k] * width + x[k];
+    RTI_EACH_LANE(k)
+    path->pixel[k] = y[k] * width + x[k];
     if (f->set.samples > 1)
         offsets(f, path->pixel, sample, dx, dy);
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) { /* signed: a coordinate is below 2^20, and older processors convert nothing else */
+    RTI_EACH_LANE(k)
+    { /* signed: a coordinate is below 2^20, and older processors convert nothing else */
         px[k] = (float)(int32_t)x[k] + 0.5f + dx[k];
         py[k] = (float)(int32_t)y[k] + 0.5f + dy[k];
     }

@@ -25,13 +25,15 @@ static inline void towards(const rti_worker *w, const rtk_light *light, uint32_t
     const rtk_light l = *light;
     const float *px = LIT(PX), *py = LIT(PY), *pz = LIT(PZ), *error = LIT(ERROR);
     const float *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         rtk_vec3 p = rtk_v3(px[k], py[k], pz[k]), n = rtk_v3(nx[k], ny[k], nz[k]), g = rtk_v3(gx[k], gy[k], gz[k]), org;
         rtk_light_sample toward = type == RTK_LIGHT_POINT ? rtk_light_point(&l, p) : rtk_light_directional(&l);
         float cosine = rtk_dot3(n, toward.dir);
         float reach = l.body_radius > 0.0f ? rtk_light_reach_body(&l, p, toward) : toward.distance;
-        s->goes[k] = (uint32_t)(!rtk_light_behind_flat(&l, type, p, n) & !rtk_light_behind_flat(&l, type, p, g) &
-                                (cosine > 0.0f) & (rtk_dot3(g, toward.dir) > 0.0f));
+        int seen = !rtk_light_behind_flat(&l, type, p, n), above = !rtk_light_behind_flat(&l, type, p, g);
+        int front = cosine > 0.0f, over = rtk_dot3(g, toward.dir) > 0.0f;
+        s->goes[k] = (uint32_t)(seen & above & front & over);
         org = rtk_madd(p, 2.0f * error[k], g);
         s->ox[k] = org.x;
         s->oy[k] = org.y;
@@ -63,7 +65,8 @@ RTI_LANES_FN static void weigh(const rti_worker *w, uint32_t at, rays *s)
     const float *kr = LIT(KR), *kg = LIT(KG), *kb = LIT(KB), *sr = LIT(SR), *sg = LIT(SG), *sb = LIT(SB);
     float shine[RTK_BLOCK] RTI_ROW;
     uint32_t any = 0;
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         uint32_t glossy = (uint32_t)(rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) > 0.0f);
         shine[k] = 0.0f;
         any |= glossy & s->goes[k];
@@ -76,7 +79,8 @@ RTI_LANES_FN static void weigh(const rti_worker *w, uint32_t at, rays *s)
                 shine[k] = rtk_highlight(power[k], rtk_v3(nx[k], ny[k], nz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]),
                                          rtk_v3(vx[k], vy[k], vz[k]));
     }
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         rtk_vec3 c = rtk_v3(kr[k], kg[k], kb[k]), spec = rtk_v3(sr[k], sg[k], sb[k]), add = rtk_madd(c, shine[k], spec);
         int glossy = rtk_maxabs(spec) > 0.0f;
         c = rtk_v3(glossy ? add.x : c.x, glossy ? add.y : c.y, glossy ? add.z : c.z);
@@ -105,7 +109,8 @@ static void queue_block(rti_worker *w, uint32_t at, const rays *s)
     memcpy(p->g, s->c.g, sizeof p->g);
     memcpy(p->b, s->c.b, sizeof p->b);
     memcpy(p->home, w->lit_home + at, sizeof p->home);
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         t->tmin[k] = 0.0f;
         t->mask[k] = RT_MASK_SHADOW;
     }
@@ -116,8 +121,8 @@ static void queue(rti_worker *w, uint32_t light, uint32_t at, uint32_t n, const 
 {
     rti_shadows *q = &w->shadows;
     uint32_t lanes = 0;
-    for (uint32_t k = 0; k < RTK_BLOCK; k++)
-        lanes |= s->goes[k] << k;
+    RTI_EACH_LANE(k)
+    lanes |= s->goes[k] << k;
     lanes &= (1u << n) - 1;
     if (!w->frame->set.desc.shadows) {
         rti_add_lanes(w, w->lit_home + at, lanes, &s->c);

@@ -71,7 +71,8 @@ static void take_scattered(const rti_worker *w, rti_sheaf *c)
     const rtk_trace_block *t = w->batch.trace;
     const rtk_path_block *p = w->batch.path;
     const rtk_hit_block *h = w->hits;
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         uint32_t b = c->ray[k] / RTK_BLOCK, i = c->ray[k] % RTK_BLOCK;
         c->home[k] = w->batch.home[b].home[i];
         c->ox[k] = t[b].ox[i];
@@ -132,8 +133,8 @@ static void take(const rti_worker *w, const uint32_t *order, uint32_t count, rti
         take_block(w, c);
         return;
     }
-    for (uint32_t k = 0; k < RTK_BLOCK; k++)
-        c->ray[k] = order[k < count ? k : count - 1];
+    RTI_EACH_LANE(k)
+    c->ray[k] = order[k < count ? k : count - 1];
     take_scattered(w, c);
 }
 
@@ -142,8 +143,8 @@ static void take(const rti_worker *w, const uint32_t *order, uint32_t count, rti
 static void touch(rti_worker *w, rti_sheaf *c)
 {
     uint32_t differ = 0;
-    for (uint32_t k = 0; k < RTK_BLOCK; k++)
-        differ |= c->material[k] ^ c->material[0];
+    RTI_EACH_LANE(k)
+    differ |= c->material[k] ^ c->material[0];
     c->one_material = differ == 0;
     if (c->one_material) {
         rti_touch(w, c->material[0]);
@@ -159,14 +160,16 @@ static void plain_colors(const rtk_scene *scene, rti_sheaf *c)
     if (c->one_material) {
         const rtk_material *m = &scene->materials[c->material[0]];
         const float r = m->color[0], g = m->color[1], b = m->color[2];
-        for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        RTI_EACH_LANE(k)
+        {
             c->cr[k] = r * c->tr[k];
             c->cg[k] = g * c->tg[k];
             c->cb[k] = b * c->tb[k];
         }
         return;
     }
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         const rtk_material *m = &scene->materials[c->material[k]];
         c->cr[k] = m->color[0] * c->tr[k];
         c->cg[k] = m->color[1] * c->tg[k];
@@ -194,7 +197,8 @@ RTI_LANES_FN static void misses(rti_worker *w, const rti_sheaf *c)
     if (world->background_tex == RTK_INVALID) {
         const rtk_vec3 low = rtk_v3(world->background[0], world->background[1], world->background[2]);
         const rtk_vec3 top = rtk_v3(world->background_top[0], world->background_top[1], world->background_top[2]);
-        for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        RTI_EACH_LANE(k)
+        {
             rtk_vec3 e = rtk_gradient(low, top, rtk_v3(c->dx[k], c->dy[k], c->dz[k]));
             l.r[k] = c->tpr[k] * e.x;
             l.g[k] = c->tpg[k] * e.y;

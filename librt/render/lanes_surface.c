@@ -17,7 +17,8 @@ typedef struct corners {
 
 static void load_vertices(const rtk_group *g, const rti_sheaf *c, corners *v)
 {
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         const rtk_tri *t = &g->tris[g->geoms[c->geom[k]].first + c->prim[k]];
         for (uint32_t i = 0; i < 3; i++) {
             v->a[i][k] = t->v0[i];
@@ -31,7 +32,8 @@ RTI_LANES_FN static void mesh(const rtk_group *g, rti_sheaf *c, float *area)
 {
     corners v;
     load_vertices(g, c, &v);
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         rtk_vec3 a = row3(v.a[0], v.a[1], v.a[2], k), p, n;
         rtk_vec3 e1 = rtk_sub(row3(v.b[0], v.b[1], v.b[2], k), a), e2 = rtk_sub(row3(v.c[0], v.c[1], v.c[2], k), a);
         int plain = rtk_edges_normal(e1, e2, &n);
@@ -52,7 +54,8 @@ RTI_LANES_FN static void mesh(const rtk_group *g, rti_sheaf *c, float *area)
 static void load_normals(const rtk_group *g, const rti_sheaf *c, corners *v)
 {
     static const float none[3] = {0.0f, 0.0f, 0.0f};
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         const rtk_geom *geom = &g->geoms[c->geom[k]];
         const uint32_t *corner = (const uint32_t *)(const void *)(g->attributes + geom->off_indices) + 3 * (size_t)c->prim[k];
         const float *n = (const float *)(const void *)(g->attributes + geom->off_normals);
@@ -71,7 +74,8 @@ RTI_LANES_FN static void smooth_normals(const rtk_group *g, rti_sheaf *c)
 {
     corners v;
     load_normals(g, c, &v);
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         rtk_vec3 ng = row3(c->gx, c->gy, c->gz, k);
         rtk_vec3 n = rtk_weighted(row3(v.a[0], v.a[1], v.a[2], k), row3(v.b[0], v.b[1], v.b[2], k),
                                   row3(v.c[0], v.c[1], v.c[2], k), c->u[k], c->v[k]);
@@ -89,7 +93,8 @@ RTI_LANES_FN static void smooth_normals(const rtk_group *g, rti_sheaf *c)
 static void load_colors(const rtk_group *g, const rti_sheaf *c, corners *v)
 {
     static const float white[3] = {1.0f, 1.0f, 1.0f};
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         const rtk_geom *geom = &g->geoms[c->geom[k]];
         const uint32_t *corner = (const uint32_t *)(const void *)(g->attributes + geom->off_indices) + 3 * (size_t)c->prim[k];
         const float *n = (const float *)(const void *)(g->attributes + geom->off_colors);
@@ -108,7 +113,8 @@ RTI_LANES_FN static void colors(const rtk_group *g, rti_sheaf *c)
 {
     corners v;
     load_colors(g, c, &v);
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         rtk_vec3 t = rtk_weighted(row3(v.a[0], v.a[1], v.a[2], k), row3(v.b[0], v.b[1], v.b[2], k),
                                   row3(v.c[0], v.c[1], v.c[2], k), c->u[k], c->v[k]);
         c->tr[k] = t.x;
@@ -122,7 +128,8 @@ RTI_LANES_FN static void coordinates(const rtk_group *g, rti_sheaf *c, const flo
 {
     static const float weights[6] = {0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 1.0f};
     float a[6][RTK_BLOCK] RTI_ROW, there[RTK_BLOCK] RTI_ROW;
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         const rtk_geom *geom = &g->geoms[c->geom[k]];
         const uint32_t *corner = (const uint32_t *)(const void *)(g->attributes + geom->off_indices) + 3 * (size_t)c->prim[k];
         const float *uv = (const float *)(const void *)(g->attributes + geom->off_uvs);
@@ -130,12 +137,14 @@ RTI_LANES_FN static void coordinates(const rtk_group *g, rti_sheaf *c, const flo
         for (uint32_t i = 0; i < 6; i++)
             a[i][k] = geom->off_uvs != 0 ? uv[2 * (size_t)corner[i / 2] + i % 2] : weights[i];
     }
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         float du1 = a[2][k] - a[0][k], dv1 = a[3][k] - a[1][k], du2 = a[4][k] - a[0][k], dv2 = a[5][k] - a[1][k];
         float density = rtk_sqrt(rtk_fabs(du1 * dv2 - du2 * dv1) / area[k]);
         c->tu[k] = a[0][k] + c->u[k] * du1 + c->v[k] * du2;
         c->tv[k] = a[1][k] + c->u[k] * dv1 + c->v[k] * dv2;
-        c->uv_scale[k] = (area[k] > 0.0f) & (there[k] > 0.0f) ? density : 0.0f;
+        density = area[k] > 0.0f ? density : 0.0f;
+        c->uv_scale[k] = there[k] > 0.0f ? density : 0.0f;
     }
 }
 
@@ -144,14 +153,16 @@ RTI_LANES_FN static void coordinates(const rtk_group *g, rti_sheaf *c, const flo
 RTI_LANES_FN static void spheres(const rtk_group *g, rti_sheaf *c)
 {
     float x[RTK_BLOCK] RTI_ROW, y[RTK_BLOCK] RTI_ROW, z[RTK_BLOCK] RTI_ROW, radius[RTK_BLOCK] RTI_ROW;
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         const rtk_shape *s = &g->shapes[g->geoms[c->geom[k]].first + c->prim[k]];
         x[k] = s->p[0];
         y[k] = s->p[1];
         z[k] = s->p[2];
         radius[k] = s->p[3];
     }
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         rtk_vec3 at = row3(x, y, z, k), n, p, lo, hi;
         rtk_ray ray;
         ray.org = row3(c->ox, c->oy, c->oz, k);
@@ -174,7 +185,8 @@ RTI_LANES_FN static void spheres(const rtk_group *g, rti_sheaf *c)
 
 static void sphere_tints(const rtk_group *g, rti_sheaf *c)
 {
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         const rtk_geom *geom = &g->geoms[c->geom[k]];
         if (geom->off_colors) {
             rtk_vec3 t = rtk_attribute3(g->attributes, geom->off_colors, c->prim[k]);
@@ -199,7 +211,8 @@ static void sphere_coordinates(const rtk_group *g, rti_sheaf *c)
 RTI_LANES_FN static void planes(const rtk_group *g, rti_sheaf *c)
 {
     float q[9][RTK_BLOCK] RTI_ROW;
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         const rtk_geom *geom = &g->geoms[c->geom[k]];
         const rtk_shape *s = &g->planes[geom->first];
         for (uint32_t i = 0; i < 3; i++) {
@@ -208,7 +221,8 @@ RTI_LANES_FN static void planes(const rtk_group *g, rti_sheaf *c)
             q[6 + i][k] = geom->t_dir[i];
         }
     }
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         rtk_vec3 at = row3(q[0], q[1], q[2], k), n = row3(q[3], q[4], q[5], k), x = row3(q[6], q[7], q[8], k), p, d;
         rtk_ray ray;
         ray.org = row3(c->ox, c->oy, c->oz, k);
@@ -235,10 +249,11 @@ RTI_LANES_FN static void planes(const rtk_group *g, rti_sheaf *c)
 RTI_LANES_FN static void place_coordinates(const rtk_group *g, rti_sheaf *c)
 {
     float m[6][RTK_BLOCK] RTI_ROW;
-    for (uint32_t k = 0; k < RTK_BLOCK; k++)
-        for (uint32_t i = 0; i < 6; i++)
-            m[i][k] = g->geoms[c->geom[k]].uv_xfm[i];
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    for (uint32_t i = 0; i < 6; i++)
+        m[i][k] = g->geoms[c->geom[k]].uv_xfm[i];
+    RTI_EACH_LANE(k)
+    {
         float u = c->tu[k], v = c->tv[k];
         c->tu[k] = m[0][k] * u + m[1][k] * v + m[2][k];
         c->tv[k] = m[3][k] * u + m[4][k] * v + m[5][k];
@@ -248,7 +263,8 @@ RTI_LANES_FN static void place_coordinates(const rtk_group *g, rti_sheaf *c)
 
 static void geometric_normals(rti_sheaf *c)
 {
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         c->nx[k] = c->gx[k];
         c->ny[k] = c->gy[k];
         c->nz[k] = c->gz[k];
@@ -257,8 +273,8 @@ static void geometric_normals(rti_sheaf *c)
 
 static void no_tints(rti_sheaf *c)
 {
-    for (uint32_t k = 0; k < RTK_BLOCK; k++)
-        c->tr[k] = c->tg[k] = c->tb[k] = 1.0f;
+    RTI_EACH_LANE(k)
+    c->tr[k] = c->tg[k] = c->tb[k] = 1.0f;
 }
 
 /* Lanes that are not plain, by the scalar function. */
@@ -292,7 +308,8 @@ static void tell(const rti_worker *w, rti_sheaf *c)
 
 RTI_LANES_FN static void face(rti_sheaf *c)
 {
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         rtk_vec3 ng = row3(c->gx, c->gy, c->gz, k), ns = row3(c->nx, c->ny, c->nz, k);
         c->outside[k] = (uint32_t)rtk_face_normals(row3(c->dx, c->dy, c->dz, k), &ng, &ns);
         c->gx[k] = ng.x;

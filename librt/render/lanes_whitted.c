@@ -18,7 +18,8 @@ static void load_looks(const rtk_scene *scene, const rti_sheaf *c, looks *l)
     if (c->one_material) {
         const float d = m->diffusion, r = m->reflectiveness, t = m->transparency, a = m->ambient, s = m->specular,
                     e = m->shininess;
-        for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        RTI_EACH_LANE(k)
+        {
             l->diffusion[k] = d;
             l->reflectiveness[k] = r;
             l->transparency[k] = t;
@@ -30,7 +31,8 @@ static void load_looks(const rtk_scene *scene, const rti_sheaf *c, looks *l)
         mirror = r;
         clear = t;
     } else {
-        for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        RTI_EACH_LANE(k)
+        {
             m = &scene->materials[c->material[k]];
             l->diffusion[k] = m->diffusion;
             l->reflectiveness[k] = m->reflectiveness;
@@ -53,7 +55,8 @@ RTI_LANES_FN static void show_ambient(rti_worker *w, const rti_sheaf *c, const l
     const rtk_world *world = w->frame->scene->world;
     const rtk_vec3 light = rtk_v3(world->ambient[0], world->ambient[1], world->ambient[2]);
     rti_light_lanes e;
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         rtk_vec3 tinted = rtk_mul(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), rtk_v3(c->cr[k], c->cg[k], c->cb[k]));
         rtk_vec3 shown = rtk_mul(rtk_scale(tinted, l->ambient[k]), light);
         int some = l->ambient[k] > 0.0f;
@@ -81,7 +84,8 @@ RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const looks
     memcpy(row[RTI_LIT_GY], c->gy, sizeof c->gy);
     memcpy(row[RTI_LIT_GZ], c->gz, sizeof c->gz);
     memcpy(row[RTI_LIT_SHININESS], l->shininess, sizeof l->shininess);
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         rtk_vec3 tp = rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), tinted = rtk_mul(tp, rtk_v3(c->cr[k], c->cg[k], c->cb[k]));
         rtk_vec3 diffuse = rtk_scale(tinted, l->diffusion[k]), specular = rtk_scale(tp, l->specular[k]);
         row[RTI_LIT_VX][k] = -c->dx[k];
@@ -94,10 +98,10 @@ RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const looks
         row[RTI_LIT_SG][k] = specular.y;
         row[RTI_LIT_SB][k] = specular.z;
         row[RTI_LIT_DIFFUSE_PDF][k] = 0.0f;
-        lit[k] = !((rtk_maxabs(diffuse) == 0.0f) & (rtk_maxabs(specular) == 0.0f));
+        lit[k] = !(rtk_max(rtk_maxabs(diffuse), rtk_maxabs(specular)) == 0.0f);
     }
-    for (uint32_t k = 0; k < RTK_BLOCK; k++)
-        dark |= !lit[k];
+    RTI_EACH_LANE(k)
+    dark |= !lit[k];
     if (!dark) { /* what stands behind count is overwritten by the next */
         for (uint32_t r = 0; r < RTI_LIT_ROWS; r++)
             memcpy(w->lit + r * stride + at, row[r], sizeof row[r]);
@@ -124,7 +128,8 @@ RTI_LANES_FN static void send_mirrors(rti_worker *w, const rti_sheaf *c, const l
     float dx[RTK_BLOCK] RTI_ROW, dy[RTK_BLOCK] RTI_ROW, dz[RTK_BLOCK] RTI_ROW;
     float tr[RTK_BLOCK] RTI_ROW, tg[RTK_BLOCK] RTI_ROW, tb[RTK_BLOCK] RTI_ROW;
     uint32_t goes[RTK_BLOCK] RTI_ROW;
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    RTI_EACH_LANE(k)
+    {
         rtk_vec3 d = rtk_v3(c->dx[k], c->dy[k], c->dz[k]), ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
         rtk_vec3 a = rtk_reflect(d, rtk_v3(c->nx[k], c->ny[k], c->nz[k])), b = rtk_reflect(d, ng), dir, org;
         rtk_vec3 tp = rtk_scale(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), l->reflectiveness[k]);
