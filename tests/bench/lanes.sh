@@ -1,0 +1,44 @@
+#!/bin/bash
+# How many of the lane loops (librt/render/lanes_*.c: RTI_EACH_LANE, and those of lanes.h) each compiler here makes vectors of, at each instruction set.
+#   tests/bench/lanes.sh         prints CSV; GCC and Clang are asked by their own reports (-fopt-info-vec-optimized, -Rpass=loop-vectorize)
+set -euo pipefail
+export LC_ALL=C
+cd "$(dirname "$0")/../.."
+report=$(mktemp)
+trap 'rm -f "$report"' EXIT
+
+flags() {
+  case $1 in
+    sse42) echo "-msse4.2" ;;
+    avx2) echo "-mavx2 -mbmi -mbmi2" ;;
+    avx512) echo "-mavx512f -mavx512vl -mavx512bw -mavx512dq -mprefer-vector-width=512" ;;
+    *) echo "" ;;
+  esac
+}
+
+echo "compiler,isa,file,loops,vectorised"
+for cc in gcc clang; do
+  command -v $cc >/dev/null || continue
+  ask=-fopt-info-vec-optimized
+  [ $cc = clang ] && ask=-Rpass=loop-vectorize
+  for isa in generic sse42 avx2 avx512; do
+    for file in librt/render/lanes_{camera,light,sort,surface,whitted}.c; do
+      # shellcheck disable=SC2046
+      $cc -D_POSIX_C_SOURCE=200809L -DRTI_ISA=generic -Ilibrt/include -std=c11 -O3 -DNDEBUG -fPIC -ffp-contract=off -fno-math-errno \
+        -fno-trapping-math $(flags $isa) -c "$file" -o /dev/null $ask 2>"$report"
+      # A loop counts when a report names a line between its head and the next function's end; inlined bodies are named by the kernel's lines, so
+      # the head's line (GCC) or the body's (Clang) is looked for in this file.
+      awk -v cc=$cc -v isa=$isa -v file="$file" '
+        FNR == NR { if ($0 ~ /loop vectorized|vectorized loop/ && index($0, file ":") == 1) { split($0, p, ":"); seen[p[2]] = 1 } next }
+        /RTI_EACH_LANE\(k\)/ { head[++n] = FNR; open = n }
+        /^}/ { if (n) last[n] = FNR }
+        END {
+          for (i = 1; i <= n; i++) {
+            end = i < n ? head[i + 1] - 1 : last[n]
+            for (l = head[i]; l <= end; l++) if (seen[l]) { done++; break }
+          }
+          printf "%s,%s,%s,%d,%d\n", cc, isa, file, n, done
+        }' "$report" "$file"
+    done
+  done
+done
