@@ -13,6 +13,10 @@ function guard.open(path)
   return io.open(path, "rb")
 end
 
+-- The host is about to open this file itself, for reading or writing; it is no script's wish.
+function guard.own(_)
+end
+
 -- A script begins (1) or ends (-1, its run).
 function guard.depth(_, _)
 end

@@ -2,6 +2,7 @@
 
 local contact_sheet = require "rt.contact_sheet"
 local core = require "rt.core"
+local guard = require "rt.guard"
 local image = require "rt.image"
 local text = require "rt.report_text"
 
@@ -28,6 +29,7 @@ end
 -- Images that cannot be read have an empty cell; the first of them is told.
 local function readable(folder, p)
   local path = folder .. "/" .. p.image
+  guard.own(path) -- the sheet reads it again
   local ok, loaded = pcall(image.new, path)
   if ok then
     local w, h = loaded:size()
@@ -65,6 +67,7 @@ function sheet.write(study, folder)
       title = text.short(study.title .. (many > 1 and (" (%d of %d)"):format(s, many) or ""), 120),
     }
     local name = s == 1 and "contact.png" or ("contact-%d.png"):format(s)
+    guard.own(folder .. "/" .. name)
     sheet_image:save(folder .. "/" .. name, { text = false })
     names[s] = name
   end

@@ -292,6 +292,7 @@ function answers.run(request)
     image:set_text("Software", "librt " .. (core.version()))
     image:set_text("Point", utf8.len(request.label) and request.label or check.describe(request.label))
     image:set_text("Hash", answer.hash)
+    guard.own(request.image)
     image:save(request.image)
   end
   if request.raw then

@@ -1,6 +1,7 @@
 -- The measuring of a sweep: what is missing is run in rounds, kept in the journal at once, and put into tables.
 
 local core = require "rt.core"
+local guard = require "rt.guard"
 local image = require "rt.image"
 local json = require "rt.json"
 local sweep_folder = require "rt.sweep_folder"
@@ -106,6 +107,7 @@ local function compare(s, p, made)
   local found = w == ow and h == oh and image.compare(other, made, { flip = true, map = s.images and "flip" or nil }) or {}
   if found.map then
     s.store:sub_folder "maps"
+    guard.own(s.store.path(map_file(p)))
     found.map:color_map("magma"):save(s.store.path(map_file(p)), { text = false })
     found.map:release()
     o:set("map", map_file(p))

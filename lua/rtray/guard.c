@@ -6,8 +6,10 @@
  * following a link: what is opened is what was judged, whatever is renamed meanwhile. Judging the name and then opening it would
  * leave a gap between the two.
  *
- * Only what a script asks for is judged: the program's own files are not. A script runs while sys.guard_depth is above 0, or when
- * one of its functions stands on the stack of the main state. */
+ * The program's own files are not judged: it names each right before it opens it (sys.guard_own), and what is not named so is
+ * a script's wish. Looking at the stack alone would not do: a tail call takes a script's function from it, and a coroutine has
+ * another. A name of the program's is judged all the same while a script runs: while sys.guard_depth is above 0, or when one of
+ * its functions stands on the stack of the main state. */
 #include "rtray.h"
 
 #include <errno.h>
@@ -28,7 +30,7 @@
 #define FOLDER_FLAGS (O_RDONLY | O_DIRECTORY | O_CLOEXEC)
 #endif
 
-enum { NAMES_MAX = 4096 };
+enum { NAMES_MAX = 4096, OWN_MAX = 256 };
 
 typedef struct names {
     char **list;
@@ -47,7 +49,10 @@ static struct guard {
     names files;          /* real paths of single files */
     names made;           /* what scripts have made: they may replace it */
     names reads;          /* what was opened for reading, as it was named */
-    char *output;         /* real path of the folder that scripts write below; NULL: none */
+    char *own[OWN_MAX];   /* plain paths that the program is about to open, the newest ones */
+    unsigned own_next;
+    bool all_own; /* what no script is seen to ask for */
+    char *output; /* real path of the folder that scripts write below; NULL: none */
 } guard = {.lock = PTHREAD_MUTEX_INITIALIZER};
 
 /* ---- lists of names ---- */
@@ -330,9 +335,20 @@ static bool script_on_stack(lua_State *L)
     return false;
 }
 
-static bool judged(void)
+static bool in_script(void)
 {
     return guard.depth > 0 || !pthread_equal(pthread_self(), guard.thread) || script_on_stack(guard.L);
+}
+
+/* Has the program said that it opens `path` itself? */
+static bool is_own(const char *path)
+{
+    char plain[PATH_MAX];
+    bool found = false;
+    for (unsigned i = 0; plain_path(path, plain, sizeof plain) && i < OWN_MAX && !found; i++) {
+        found = guard.own[i] && strcmp(guard.own[i], plain) == 0;
+    }
+    return found;
 }
 
 int rtray_guard_open(void *user, const char *path, rt_open_mode mode, char *why, size_t why_size)
@@ -340,15 +356,14 @@ int rtray_guard_open(void *user, const char *path, rt_open_mode mode, char *why,
     (void)user;
     int fd = RT_OPEN_DEFAULT;
     pthread_mutex_lock(&guard.lock);
-    if (judged()) {
-        if (mode == RT_OPEN_READ) {
-            names_add(&guard.reads, path);
-        }
-        if (guard.on) {
-            const char *name;
-            bool is_new;
-            fd = mode == RT_OPEN_READ ? open_read(path, why, why_size) : open_folder(path, &name, &is_new, why, why_size);
-        }
+    bool scripts = in_script();
+    if (scripts && mode == RT_OPEN_READ) {
+        names_add(&guard.reads, path);
+    }
+    if (guard.on && (scripts || !(guard.all_own || is_own(path)))) {
+        const char *name;
+        bool is_new;
+        fd = mode == RT_OPEN_READ ? open_read(path, why, why_size) : open_folder(path, &name, &is_new, why, why_size);
     }
     int reason = errno;
     pthread_mutex_unlock(&guard.lock);
@@ -461,6 +476,26 @@ static int guard_file(lua_State *L)
     return add_real(L, &guard.files, false);
 }
 
+/* guard_own(path): the program is about to open this file itself. guard_own(): all files are the user's wish, unless a script
+ * is seen to ask for them (repl: its lines name files as they please). */
+static int guard_own(lua_State *L)
+{
+    char plain[PATH_MAX];
+    if (lua_isnoneornil(L, 1)) {
+        guard.all_own = true;
+        return 0;
+    }
+    char *copy = plain_path(luaL_checkstring(L, 1), plain, sizeof plain) ? strdup(plain) : NULL;
+    if (copy) {
+        pthread_mutex_lock(&guard.lock);
+        char **place = &guard.own[guard.own_next++ % OWN_MAX];
+        free(*place);
+        *place = copy;
+        pthread_mutex_unlock(&guard.lock);
+    }
+    return 0;
+}
+
 /* guard_output(path | nil): the folder that scripts write below. */
 static int guard_output(lua_State *L)
 {
@@ -503,15 +538,11 @@ static int guard_reads(lua_State *L)
 
 void rtray_open_guard(lua_State *L)
 {
-    static const luaL_Reg functions[] = {{"guard_open", guard_open},
-                                         {"guard_folder", guard_folder},
-                                         {"guard_file", guard_file},
-                                         {"guard_open_folder", guard_open_folder},
-                                         {"guard_output", guard_output},
-                                         {"guard_on", guard_on},
-                                         {"guard_depth", guard_depth},
-                                         {"guard_reads", guard_reads},
-                                         {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"guard_open", guard_open},   {"guard_folder", guard_folder},
+                                         {"guard_file", guard_file},   {"guard_open_folder", guard_open_folder},
+                                         {"guard_own", guard_own},     {"guard_output", guard_output},
+                                         {"guard_on", guard_on},       {"guard_depth", guard_depth},
+                                         {"guard_reads", guard_reads}, {NULL, NULL}};
     lua_rawgeti(L, LUA_REGISTRYINDEX, LUA_RIDX_MAINTHREAD);
     guard.L = lua_tothread(L, -1);
     guard.thread = pthread_self();

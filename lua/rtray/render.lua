@@ -1,6 +1,7 @@
 -- rtray render SCENE
 
 local sys = require "rtray.sys"
+local guard = require "rt.guard"
 local bands = require "rtray.bands"
 local cli = require "rtray.cli"
 local files = require "rtray.files"
@@ -81,6 +82,7 @@ local function attend(job, values, shown, stale)
       job:cancel()
     end
     if values.preview and sys.now() >= next_preview then
+      guard.own(values.preview)
       job:image():save(values.preview)
       next_preview = sys.now() + PREVIEW_EVERY
     end
@@ -108,9 +110,11 @@ local function finish(opened, job, target, values)
   for key, value in pairs(target.save) do -- a copy: the order is of no matter
     save[key] = value
   end
+  guard.own(target.path)
   image:save(target.path, save)
   recipe.beside(target.path, target.save.format, save.text)
   if values.preview then
+    guard.own(values.preview)
     image:save(values.preview)
   end
   if values.checkpoint then
@@ -136,6 +140,11 @@ local function once(opened, target, values, stale)
     local settings, sources = scene:effective()
     report.print_settings(target.path == "-" and output.note or output.print, settings, sources, opened.run)
   end
+  guard.own(target.path)
+  if values.checkpoint then
+    guard.own(values.checkpoint)
+    guard.own(values.checkpoint .. ".band")
+  end
   if values.bands or target.rows and bands.needed(scene) then
     return bands.render(opened, target, values)
   end
@@ -150,6 +159,7 @@ local function once(opened, target, values, stale)
   elseif state == "cancelled" then
     local some = job:stats().tiles_done > 0
     if some then
+      guard.own(target.path)
       job:image():save(target.path, target.save)
     end
     return interrupted(target, done, some, values.checkpoint)

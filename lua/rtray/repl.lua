@@ -107,6 +107,7 @@ function repl.run(_, values, arguments)
   if terminal then
     output.print("rtray %s, %s; the module is in rt%s; Ctrl-D ends", rt.version, _VERSION, arguments[1] and ", the scene in scene" or "")
   end
+  sys.guard_own()
   sys.defer(true)
   return loop(terminal)
 end

@@ -2,6 +2,7 @@
 -- differs.
 
 local sys = require "rtray.sys"
+local guard = require "rt.guard"
 local cli = require "rtray.cli"
 local faults = require "rtray.faults"
 local files = require "rtray.files"
@@ -138,6 +139,7 @@ end
 
 -- Hash of the pixels of a saved image.
 local function picture_hash(path)
+  guard.own(path)
   local image <close> = require("rt").image(path)
   return image:hash()
 end
@@ -154,6 +156,7 @@ local function compare_picture(path, image, save, differences)
     for key, value in pairs(save) do
       how[key] = value
     end
+    guard.own(name)
     image:save(name, how)
     if picture_hash(name) ~= picture_hash(path) then
       differences[#differences + 1] = ("the picture in %s is not the one that its recipe gives: it was changed since, or is unfinished"):format(
@@ -186,6 +189,7 @@ local function make(path, r, values, command, scene_path, defines, differences)
     how.text = report.texts(opened, settings, {}, save)
     how.text.Hash = hash
     how.format = values.output == "-" and "png" or nil
+    guard.own(values.output)
     image:save(values.output, how)
     recipe.beside(values.output, nil, how.text)
   end

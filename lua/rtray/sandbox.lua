@@ -36,7 +36,7 @@ function guard.open(path)
   return io.open(path, "rb")
 end
 
-guard.phase = sys.phase
+guard.phase, guard.own = sys.phase, sys.guard_own
 
 local phases = {}
 

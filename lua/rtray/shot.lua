@@ -1,6 +1,7 @@
 -- One frame of an animation: described, keyed, rendered, put in its place.
 
 local sys = require "rtray.sys"
+local guard = require "rt.guard"
 local json = require "rtray.json"
 local output = require "rtray.output"
 local recipe = require "rtray.recipe"
@@ -90,6 +91,7 @@ function shot.start(stage, ledger, described, workers)
     workers = workers, checkpoint = path, checkpoint_every = stage.values.every,
     checkpoint_keep = (stage.seconds or 0) >= LONG, -- until it is saved
   }
+  guard.own(path)
   local ok, job = pcall(described.scene.start, described.scene, arguments)
   if not ok and sys.stat(path) then -- damaged, or of another build: begin anew
     output.note("rtray animate: frame %d begins anew: %s", described.frame, tostring(job))
@@ -117,6 +119,7 @@ function shot.finish(stage, ledger, described)
     save[key] = value
   end
   local part = ledger:part(described.frame)
+  guard.own(part)
   local ok, raised = pcall(image.save, image, part, save)
   if not ok then -- the user knows the file by its own name
     local at, to = tostring(raised):find(part, 1, true)

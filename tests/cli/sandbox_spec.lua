@@ -105,6 +105,35 @@ describe("a script in the sandbox", function()
     assert.is_false(support.exists(folder .. "/x.txt") or support.exists(folder .. "/../x.txt") or support.exists("/tmp/x.rts"))
   end)
 
+  it("stays guarded in what the program calls later: methods put in the place of its own, by tail calls, coroutines and metamethods", function()
+    local folder, other = support.folder(), support.folder()
+    assert.equal(0, rtray({ "render", support.small(other), "-q", "--size", "4x4", "-o", other .. "/secret.png" }).status)
+    local head = SCENE .. ([[
+      local image = rt.image { width = 2, height = 2 }
+      local function write() return image:save "%s/pwned.png" end
+      local function read() return rt.image "%s/secret.png" end
+      local function later(f) return coroutine.wrap(function() while true do coroutine.yield(f()) end end) end
+      local function seen(f) return function() local ok, what = pcall(f) print(ok, what) return scene end end
+      local film = rt.animation { frames = 1, scene = function() return scene end }
+    ]]):format(other, other)
+    for i, lines in ipairs {
+      "scene.hash = write return scene", "scene.start = write return scene", "scene.hash = later(write) return scene",
+      "scene.effective = later(read) return scene", "scene.settings = setmetatable({}, { __index = write }) return scene",
+      "scene.settings = setmetatable({}, { __index = later(write) }) return scene", "film.scene_at = write return film",
+      "film.scene_at = later(seen(write)) return film", "film.scene_at = later(seen(read)) return film",
+      "rt.on_log(write) return rt.scene { rt.mesh { file = 'm.obj' } }", "rt.on_log(later(write)) return rt.scene { rt.mesh { file = 'm.obj' } }",
+    } do
+      support.write(folder .. "/m.obj", "mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl x\nf 1 2 3\n")
+      support.write(folder .. "/s.lua", head .. lines .. "\n")
+      local r = rtray { "render", "s.lua", "-q", "-o", ("out%d.png"):format(i), cwd = folder }
+      assert.is_false(support.exists(other .. "/pwned.png"), lines)
+      assert.is_nil(r.out:find("true", 1, true), lines)
+      r = rtray { "animate", "s.lua", "-q", "-o", ("frame%d_%%d.png"):format(i), cwd = folder }
+      assert.is_false(support.exists(other .. "/pwned.png"), lines)
+      assert.is_nil(r.out:find("true", 1, true), lines)
+    end
+  end)
+
   it("cannot end the program with a status or a message of its own", function()
     local r = script [[error { status = 0, message = "all is well" }]]
     assert.equal(1, r.status)
