@@ -71,7 +71,8 @@ bool rti_isa_runs(rti_isa isa)
     case level:                                                                                                                  \
         return machine_runs(level);
         RTI_ISA_X_SSE42(RUNS)
-        RTI_ISA_X_AVX2(RUNS) RTI_ISA_X_AVX512(RUNS) RTI_ISA_X_NEON(RUNS)
+        RTI_ISA_X_AVX2(RUNS)
+        RTI_ISA_X_AVX512(RUNS) RTI_ISA_X_NEON(RUNS)
 #undef RUNS
             default : return false;
     }
