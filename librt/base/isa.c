@@ -70,11 +70,15 @@ bool rti_isa_runs(rti_isa isa)
 #define RUNS(name, level)                                                                                                        \
     case level:                                                                                                                  \
         return machine_runs(level);
-        RTI_ISA_X_SSE42(RUNS)
-        RTI_ISA_X_AVX2(RUNS)
-        RTI_ISA_X_AVX512(RUNS) RTI_ISA_X_NEON(RUNS)
+        /* clang-format off */
+    RTI_ISA_X_SSE42(RUNS)
+    RTI_ISA_X_AVX2(RUNS)
+    RTI_ISA_X_AVX512(RUNS)
+    RTI_ISA_X_NEON(RUNS)
+    default:
+        return false;
+        /* clang-format on */
 #undef RUNS
-            default : return false;
     }
 }
 
