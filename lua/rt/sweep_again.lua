@@ -55,7 +55,7 @@ function again.keep(s)
 end
 
 local function read_plan(path)
-  local file = io.open(path, "rb")
+  local file = core.file_stat(path) == "file" and io.open(path, "rb") or nil
   local text = file and file:read "a"
   if file then
     file:close()

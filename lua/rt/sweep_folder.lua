@@ -74,7 +74,11 @@ end
 -- ---- the journal ----
 
 local function read_file(path)
-  local file = io.open(path, "rb")
+  local kind = core.file_stat(path)
+  if kind and kind ~= "file" then -- a pipe would wait for ever, a device never end
+    fault("%s is no regular file; remove it", quote(path))
+  end
+  local file = kind and io.open(path, "rb")
   local text = file and file:read "a"
   if file then
     file:close()

@@ -12,7 +12,7 @@ local BEAT = 5                                                              -- s
 local EXPIRY = tonumber(os.getenv "RTRAY_CLAIM_SECONDS" or "") or 60
 
 local function first_line(path)
-  local file = io.open(path, "rb")
+  local file = sys.stat(path) == "file" and io.open(path, "rb") or nil -- a pipe would wait for ever
   local line = file and file:read(4096)
   if file then
     file:close()
@@ -64,8 +64,10 @@ end
 -- Is the claim at `path` void?
 local function is_void(self, path)
   local text = first_line(path)
-  local _, _, changed, inode = sys.stat(path)
-  if not text or not changed then
+  local kind, _, changed, inode = sys.stat(path)
+  if kind == "other" then
+    return true -- a pipe or a device, which no process of ours has made
+  elseif not text or not changed then
     return false -- gone by now: the next try tells
   end
   local where, id, start = text:match "^(.*) (%d+) (%S+)$"

@@ -142,7 +142,8 @@ end
 
 -- The record of a frame (a number) or a film (a name); nil when there is none that holds.
 function ledger:read(name)
-  local file = io.open(path_of(self, name), "rb")
+  local path = path_of(self, name)
+  local file = sys.stat(path) == "file" and io.open(path, "rb") or nil -- a pipe would wait for ever
   local text = file and file:read(1 << 20) or nil
   if file then
     file:close()

@@ -185,6 +185,19 @@ describe("several processes on one folder", function()
     assert.equal("000000 000001 000002 ", list(state))
   end)
 
+  it("do not wait for pipes and devices in the place of records and claims", function()
+    local folder = support.folder()
+    script(folder, { frames = 4 })
+    local command = "timeout -s KILL 60 " .. support.command { "animate", "a.lua", "-o", "%d.png" }
+    assert.equal(0, support.shell(command, folder).status)
+    local before = hash_of(folder .. "/1.png")
+    assert(os.execute(("cd %s && rm 000000 000001 000002 ../2.png && mkfifo 000000 000002.claim && ln -s /dev/zero 000001"):format(
+      quote(folder .. "/%d.png.state"))))
+    local r = support.shell(command, folder)
+    assert.equal(0, r.status, r.err)
+    assert.same({ "000000 000001 000002 000003 ", before }, { list(folder .. "/%d.png.state"), hash_of(folder .. "/1.png") })
+  end)
+
   it("take no claim of a process that was killed for the work of a living one", function()
     local folder = support.folder()
     script(folder, { frames = 2, size = "2000, 1500", samples = 65536 })

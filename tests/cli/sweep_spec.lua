@@ -81,6 +81,15 @@ local function lines_of(path, pattern)
 end
 
 describe("rtray sweep", function()
+  it("does not wait for a pipe in the place of its journal", function()
+    local folder = support.folder()
+    scene(folder)
+    assert(os.execute(("mkdir %s && mkfifo %s"):format(support.quote(folder .. "/o"), support.quote(folder .. "/o/journal.jsonl"))))
+    local r = support.shell("timeout -s KILL 60 " .. support.command { "sweep", "x.lua", "--over", "count=1", "-o", "o" }, folder)
+    assert.equal(1, r.status, r.err)
+    assert.truthy(r.err:find("'o/journal.jsonl' is no regular file; remove it", 1, true), r.err)
+  end)
+
   it("measures a grid and writes tables, images and facts", function()
     local folder = support.folder()
     scene(folder)
