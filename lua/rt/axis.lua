@@ -131,12 +131,18 @@ end
 local function linear(name, text, a, b, step)
   if step == 0 then
     fault(name, "the step of '%s' is zero", words.quote(text))
-  elseif (b - a) * step < 0 then
+  elseif (b < a) ~= (step < 0) and a ~= b then
     fault(name, "from %s by steps of %s one never comes to %s; the step needs the other sign", axis.text(a), axis.text(step), axis.text(b))
   end
-  local count = math.floor((b - a) / step * (1 + 1e-12) + 1e-9) + 1
+  local count = math.floor((b - 0.0 - a) / step * (1 + 1e-12) + 1e-9) + 1 -- not b - a: of large integers it wraps
   count_check(name, count, text)
   local list = {}
+  if math.type(a) == "integer" and math.type(b) == "integer" and math.type(step) == "integer" then
+    for x = a, b, step do -- exact, also above 2^53
+      list[#list + 1] = x
+    end
+    return list
+  end
   for i = 0, count - 1 do
     list[i + 1] = round(a + i * step)
   end

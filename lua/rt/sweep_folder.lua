@@ -92,8 +92,23 @@ function takers.sweep(self, t)
   self.header = t
 end
 
+-- Facts that are counts or texts; a journal that another has written may hold anything.
+local function is_machine(t)
+  for _, key in ipairs { "logical_cpus", "cores", "memory_bytes", "memory_available_bytes" } do
+    if t[key] ~= nil and not math.type(t[key]) then
+      return false
+    end
+  end
+  for _, key in ipairs { "cpu", "isa", "host", "version", "build" } do
+    if t[key] ~= nil and type(t[key]) ~= "string" then
+      return false
+    end
+  end
+  return type(t.fingerprint) == "string" and math.type(t.cpus) == "integer"
+end
+
 function takers.machine(self, t)
-  if type(t.fingerprint) == "string" and not self.machines[t.fingerprint] then
+  if is_machine(t) and not self.machines[t.fingerprint] then
     self.machines[t.fingerprint] = t
     self.machine_list[#self.machine_list + 1] = t
   end

@@ -81,6 +81,34 @@ local function lines_of(path, pattern)
 end
 
 describe("rtray sweep", function()
+  it("takes whole numbers of any size as they are", function()
+    local folder = support.folder()
+    scene(folder)
+    local r = rtray { "sweep", "x.lua", "--over", "seed=9007199254740992:9007199254740996:2,9223372036854775805:9223372036854775807", "--dry-run",
+      "-o", "o", cwd = folder }
+    assert.equal(0, r.status, r.err)
+    assert.equal("seed=9007199254740992\nseed=9007199254740994\nseed=9007199254740996\nseed=9223372036854775805\nseed=9223372036854775806\n"
+      .. "seed=9223372036854775807\n", r.out)
+    r = rtray { "sweep", "x.lua", "--over", "seed=0:9223372036854775807:3", "--dry-run", "-o", "o", cwd = folder }
+    assert.equal(2, r.status)
+    assert.truthy(r.err:find("at most 100000 are taken", 1, true), r.err)
+  end)
+
+  it("does not believe a journal's machine with facts of other kinds", function()
+    local folder = support.folder()
+    scene(folder)
+    local command = { "sweep", "x.lua", "--over", "count=1,2", "-q", "--no-report", "-o", "o", cwd = folder }
+    assert.equal(0, rtray(command).status)
+    local journal = support.read(folder .. "/o/journal.jsonl")
+    support.write(folder .. "/o/journal.jsonl", (journal:gsub('"cpus":%d+', '"cpus":"<script>"')))
+    os.remove(folder .. "/o/results.json")
+    local r = rtray { "report", "o", cwd = folder }
+    assert.is_nil(r.err:find("attempt to", 1, true), r.err)
+    r = rtray(command)
+    assert.equal(0, r.status, r.err)
+    assert.equal(0, rtray({ "report", "o", cwd = folder }).status)
+  end)
+
   it("does not wait for a pipe in the place of its journal", function()
     local folder = support.folder()
     scene(folder)
