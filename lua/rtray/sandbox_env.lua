@@ -65,7 +65,7 @@ local function add_loaders(env, r, rt, outside)
   -- The module's file below the script's folder, or nil and what was tried.
   local function find(name)
     local tried = {}
-    local base = r.folder .. name:gsub("%.", "/")
+    local base = r.folder .. name:gsub("%.", "/"):gsub("^/+", "") -- never from the root folder: what is there is not to be told
     for i, path in ipairs { base .. ".lua", base .. "/init.lua" } do
       if texts.of(path) or sys.stat(path) == "file" then
         return path

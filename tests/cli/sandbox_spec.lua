@@ -134,6 +134,17 @@ describe("a script in the sandbox", function()
     end
   end)
 
+  it("does not learn from require what lies elsewhere", function()
+    local folder, other = support.folder(), support.folder()
+    support.write(other .. "/there.lua", "return 1")
+    for _, name in ipairs { other .. "/there", ((other .. "/there"):gsub("/", ".")) } do
+      support.write(folder .. "/s.lua", SCENE .. ("require %q return scene"):format(name))
+      local r = rtray { "info", "s.lua", cwd = folder }
+      assert.equal(1, r.status)
+      assert.truthy(r.err:find("not found:", 1, true) and r.err:find("requires rt and .lua files below its folder", 1, true), r.err)
+    end
+  end)
+
   it("cannot end the program with a status or a message of its own", function()
     local r = script [[error { status = 0, message = "all is well" }]]
     assert.equal(1, r.status)
