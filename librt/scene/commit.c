@@ -46,10 +46,11 @@ static size_t find_word(const char *word, size_t length, const char *const *name
     return i;
 }
 
-static rt_status parse_accel(rt_context *ctx, const char *text, uint32_t *kinds)
+/* automatic: what "auto" stands for. */
+static rt_status parse_accel(rt_context *ctx, const char *text, uint32_t automatic, uint32_t *kinds)
 {
     static const char *const names[] = {"auto", "kdtree", "octree", "bvh", "brute"};
-    static const uint32_t bits[] = {1u << RTK_TREE_KD, 1u << RTK_TREE_KD, 1u << RTK_TREE_OCTREE, 1u << RTK_TREE_BVH, 0};
+    const uint32_t bits[] = {automatic, 1u << RTK_TREE_KD, 1u << RTK_TREE_OCTREE, 1u << RTK_TREE_BVH, 0};
     *kinds = 0;
     for (;;) {
         size_t length = strcspn(text, ","), i = find_word(text, length, names, RTI_COUNT(names));
@@ -107,9 +108,10 @@ static rt_status take_desc(rt_scene *scene, const rt_commit_desc *desc)
         return RT_OK;
     status = rti_desc_take(scene->ctx, call_name, desc, &d, sizeof d);
     if (status == RT_OK)
-        status = parse_accel(scene->ctx, d.accel ? d.accel : "auto", &kinds);
-    if (status == RT_OK)
         status = parse_builder(scene->ctx, d.builder ? d.builder : "auto", &settings, &automatic);
+    if (status == RT_OK) /* who names a builder of kd-trees wants one */
+        status = parse_accel(scene->ctx, d.accel ? d.accel : "auto",
+                             1u << (automatic || rti_builds_bvh(settings.builder) ? RTK_TREE_BVH : RTK_TREE_KD), &kinds);
     if (status == RT_OK)
         status = check_costs(scene->ctx, &d);
     if (status != RT_OK)
@@ -153,10 +155,10 @@ static const rti_tracer *choose_tracer(const rt_scene *scene)
     rti_isa isa = rti_context_isa(scene->ctx);
     if (scene->tracer)
         return rti_tracer_find(isa, scene->tracer);
-    if (scene->tree_kinds & (1u << RTK_TREE_KD))
-        return rti_tracer_find(isa, "kdtree");
     if (scene->tree_kinds & (1u << RTK_TREE_BVH))
         return rti_tracer_find(isa, "bvh");
+    if (scene->tree_kinds & (1u << RTK_TREE_KD))
+        return rti_tracer_find(isa, "kdtree");
     return rti_tracer_find(isa, scene->tree_kinds & (1u << RTK_TREE_OCTREE) ? "octree" : "brute");
 }
 

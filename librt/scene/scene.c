@@ -67,7 +67,7 @@ rt_status rt_scene_create(rt_context *context, rt_scene **scene)
     rti_cell_init(&s->cell);
     s->geometry_changed = true;
     s->auto_builder = true;
-    s->tree_kinds = 1u << RTK_TREE_KD;
+    s->tree_kinds = 1u << RTK_TREE_BVH;
     status = fill_new(s);
     if (status != RT_OK) {
         rt_scene_destroy(s);

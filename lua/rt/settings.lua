@@ -28,7 +28,7 @@ settings.list = {
   { name = "schedule", kind = "choice", choices = { "dynamic", "static" }, help = "how tiles are given out" },
   { name = "memory_limit", kind = "integer", low = 0, high = math.maxinteger, help = "bytes a render may take; 0: what is free" },
   { name = "crop", kind = "crop", help = "part of the image that is rendered" },
-  { name = "accel", kind = "text", commit = true, help = "trees that are built: auto, kdtree, octree, bvh, brute, or several with commas" },
+  { name = "accel", kind = "text", commit = true, help = "trees that are built: auto (bvh), kdtree, octree, bvh, brute, or several with commas" },
   { name = "builder", kind = "choice", choices = { "auto", "exact", "binned", "paper", "compact", "spatial" }, commit = true, help = "of the kd-tree: exact, binned, paper; of the BVH: compact, spatial" },
   { name = "tree_depth", kind = "integer", low = 0, high = 4096, commit = true, help = "depth of the tree at most; 0: the builder's own" },
   { name = "leaf_size", kind = "integer", low = 0, high = 65535, commit = true, help = "primitives of a leaf; 0: the builder's own" },

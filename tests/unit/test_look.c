@@ -15,7 +15,8 @@ static rt_scene *make(rt_context *ctx, rt_scene **child)
     add_shapes(s, *child);
     for (int i = 0; i < 60; i++)
         kit_sphere(s, 3.0f * sinf((float)i), 0.1f * (float)(i % 17), 3.0f * cosf(1.7f * (float)i), 0.1f + 0.01f * (float)(i % 7));
-    c.accel = "kdtree,octree";
+    c.accel = "kdtree,octree"; /* whose cells do not overlap */
+    kit_ok(ctx, rt_scene_commit(*child, &c));
     kit_ok(ctx, rt_scene_commit(s, &c));
     return s;
 }

@@ -270,7 +270,7 @@ static void test_commit_refusals(void **state)
     assert_int_equal(rt_scene_commit(f->scene, NULL), RT_OK);
     REFUSED(rt_scene_get_tree_info(f->scene, 1, NULL, &tree), "index is 1; the scene has 1 trees");
     assert_int_equal(rt_scene_get_tree_info(f->scene, 0, NULL, &tree), RT_OK);
-    assert_string_equal(tree.name, "kdtree");
+    assert_string_equal(tree.name, "bvh");
     assert_int_equal(tree.primitives, 1);
 }
 

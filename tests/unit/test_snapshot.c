@@ -228,7 +228,7 @@ static void test_trees_kept(void **state)
     kit_square(scene, 1, 0);
     commit(scene);
     s = rti_scene_snapshot(scene);
-    assert_int_equal(rti_snapshot_with_tree(s, RTK_TREE_KD, NULL, &with), RT_OK);
+    assert_int_equal(rti_snapshot_with_tree(s, RTK_TREE_BVH, NULL, &with), RT_OK);
     assert_ptr_equal(with, s);
     rti_snapshot_release(with);
     assert_int_equal(rti_snapshot_with_tree(s, RTK_TREE_OCTREE, NULL, &with), RT_OK);

@@ -298,7 +298,7 @@ RT_API rt_status rt_scene_bounds(const rt_scene *scene, rt_vec3 *low, rt_vec3 *h
 
 typedef struct rt_commit_desc {
     uint32_t struct_size;
-    const char *accel; /**< trees to build: "auto" (= "kdtree"), "kdtree", "octree", "bvh", "brute" (none), or several with commas */
+    const char *accel; /**< trees to build: "auto" ("bvh"; "kdtree" where the builder is one of its), "kdtree", "octree", "bvh", "brute" (none), or several with commas */
     const char *builder; /**< "auto"; kd-tree: "exact", "binned", "paper" (exact, depth up to 96); BVH: "compact" (no copies of vertices), "spatial" (spatial splits) */
     uint32_t max_depth, leaf_size;                     /**< 0: the builder's own */
     float cost_traverse, cost_intersect, empty_bonus; /**< 0: the builder's own */
