@@ -29,6 +29,7 @@ typedef struct rtk_query {
     float outer;      /* t of a hit = outer + (t that the leaf test gives): the top level's tshift */
     rtk_vec3 top_org; /* origin that instances' rays start from */
     rtk_u32 nodes, leaves, tests;
+    rtk_u32 bare; /* the surface parameters of shapes are not asked for */
 } rtk_query;
 
 RTK_FN void rtk_query_init(rtk_query *q, const rtk_scene *scene, rtk_ray ray)
@@ -47,6 +48,7 @@ RTK_FN void rtk_query_init(rtk_query *q, const rtk_scene *scene, rtk_ray ray)
     q->nodes = 0u;
     q->leaves = 0u;
     q->tests = 0u;
+    q->bare = 0u;
 }
 
 /* Could a hit at t become the answer? Cheap, before masks and alpha maps are asked. */
@@ -125,20 +127,34 @@ RTK_FN void rtk_query_finish(rtk_query *q)
     RT_GLOBAL const rtk_instance *inst = &q->scene->instances[placed ? h->inst : 0u];
     RT_GLOBAL const rtk_group *group = &q->scene->groups[placed ? inst->group : 0u];
     rtk_ray ray = q->ray;
-    if (h->prim == RTK_INVALID || group->geoms[h->geom].type != RTK_GEOM_SHAPES)
+    if (q->bare || h->prim == RTK_INVALID || group->geoms[h->geom].type != RTK_GEOM_SHAPES)
         return;
     if (placed)
         rtk_instance_ray(q->scene->motions, inst, q->time, &ray.org, &ray.dir);
     rtk_shape_uv(&group->shapes[group->geoms[h->geom].first + h->prim], rtk_madd(ray.org, h->t, ray.dir), &h->u, &h->v);
 }
 
+/* Spheres that a leaf need not test: the best hit's own, met again in another cell, and those out of the way. Where an origin was moved, the
+ * sum that makes t rounds hits together that lie apart here, and all are asked for their order. */
+RTK_FN int rtk_query_skips(const rtk_query *q, rtk_u32 mode, const rtk_pray *r, RT_GLOBAL const rtk_shape *shape)
+{
+    if (shape->type != RTK_SHAPE_SPHERE || q->outer != 0.0f || r->tshift != 0.0f)
+        return 0;
+    if (!(mode & (RTK_MODE_ANY | RTK_MODE_AFTER)) && shape->prim == q->best.prim && shape->geom == q->best.geom &&
+        q->inst == q->best.inst)
+        return 1;
+    return rtk_sphere_passed(r, shape, q->ray.tmin, q->best.t);
+}
+
 RTK_FN int rtk_query_prim(rtk_query *q, rtk_u32 mode, const rtk_pray *r, rtk_u32 ref)
 {
+    RT_GLOBAL const rtk_shape *shape;
     if (mode & RTK_MODE_STEPS)
         q->tests++;
     if (ref < q->group->tri_count)
         return rtk_query_tri(q, mode, r, &q->group->tris[ref]);
-    return rtk_query_shape(q, mode, r, &q->group->shapes[ref - q->group->tri_count]);
+    shape = &q->group->shapes[ref - q->group->tri_count];
+    return rtk_query_skips(q, mode, r, shape) ? 0 : rtk_query_shape(q, mode, r, shape);
 }
 
 /* The group's planes, against the ray in the group's space as given. */

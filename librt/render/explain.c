@@ -342,6 +342,7 @@ static void look_on(recorder *r)
     f->slot_shift = CELL_SHIFT;
     w->film = r->film;
     w->shadows.capacity = 1;
+    w->scratch.bare = false; /* hits are told whole */
 }
 
 static void tell_pixel(const recorder *r, rt_explained_pixel *pixel)

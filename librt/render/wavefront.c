@@ -69,6 +69,7 @@ void rti_worker_init(rti_worker *worker, const rti_frame *frame, void *memory)
     memset(worker, 0, sizeof *worker);
     worker->frame = frame;
     place(worker, frame, memory);
+    worker->scratch.bare = true; /* shading makes its own of the point */
     worker->slot = RTK_INVALID;
     worker->shadows.light = RTK_INVALID;
     memset(worker->lit, 0, (size_t)RTI_LIT_ROWS * worker->lit_stride * sizeof *worker->lit); /* lanes behind the last are read */
@@ -201,6 +202,22 @@ static void trace(rti_worker *w, uint32_t first, uint32_t count, uint32_t flags)
                              &w->scratch);
 }
 
+/* Are three of four blocks made of rays within about 25 degrees of each other? So are those of flat mirrors and panes, and
+ * packets pay. */
+static bool coherent(const rtk_trace_block *trace, uint32_t blocks)
+{
+    uint32_t alike = 0;
+    for (uint32_t b = 0; b < blocks; b++) {
+        const rtk_trace_block *t = &trace[b];
+        const float x = t->dx[0], y = t->dy[0], z = t->dz[0];
+        uint32_t apart = 0;
+        for (uint32_t k = 0; k < RTK_BLOCK; k++)
+            apart |= (uint32_t) !(t->dx[k] * x + t->dy[k] * y + t->dz[k] * z > 0.9f);
+        alike += apart == 0;
+    }
+    return blocks > 0 && 4 * alike >= 3 * blocks;
+}
+
 bool rti_worker_step(rti_worker *worker)
 {
     const rti_frame *f = worker->frame;
@@ -216,7 +233,7 @@ bool rti_worker_step(rti_worker *worker)
     if (camera + taken == 0)
         return false;
     trace(worker, 0, camera, camera_flags);
-    trace(worker, first, taken, 0);
+    trace(worker, first, taken, coherent(worker->batch.trace + first / RTK_BLOCK, taken / RTK_BLOCK) ? RTI_TRACE_COHERENT : 0);
     f->set.integrator->shade(worker, 0, camera);
     f->set.integrator->shade(worker, first, taken);
     if (f->set.integrator->light)

@@ -17,6 +17,7 @@ static inline void rti_lane_query(rtk_query *q, const rtk_scene *scene, const rt
     ray.tmax = b->tmax[lane];
     ray.mask = b->mask[lane];
     rtk_query_init(q, scene, ray);
+    q->bare = scratch->bare;
     if (scratch->times)
         q->time = scratch->times[i];
 }
