@@ -93,7 +93,8 @@ row("tolerance", { "--tolerance" }, "number", "E", "differences up to E of a cha
 row("workers_list", { "-j", "--workers" }, "counts", "N,N,...", "worker counts", { low = 1, high = 1024 })
 row("tiles_list", { "--tiles" }, "counts", "N,N,...", "tile sizes", { low = 1, high = 4096 })
 row("tracers_list", { "--tracers" }, "choices", "NAME,...", "structures", { choices = { "kdtree", "octree", "bvh", "brute" } })
-row("shown_tracers", { "--tracers", "--tracer" }, "choices", "NAME,...", "structures to look at", { choices = { "kdtree", "octree", "bvh", "brute" } })
+row("shown_tracers", { "--tracers", "--tracer" }, "choices", "NAME,...", "structures to look at",
+  { choices = { "kdtree", "octree", "bvh", "brute" } })
 row("runs", { "--runs" }, "count", "N", "runs of each arrangement; medians are shown", { low = 1, high = 1000 })
 row("over", { "--over" }, "axis", "NAME=VALUES", "an axis: a parameter or setting and its values (repeatable), as ior=1:2.5:0.25", { many = true })
 row("zip", { "--zip" }, nil, nil, "pair the axes' values instead of crossing them")

@@ -233,7 +233,8 @@ static void test_ten_million(void **state)
     test_mesh_soup(&m, 10000000, 0.002f, 42);
     rti_build_input in = test_input(&m);
     for (uint32_t builder = RTI_BUILD_BVH; builder <= RTI_BUILD_BVH_SPATIAL; builder++) {
-        static const double most[] = {65.0, 40.0, 120.0}; /* bytes a triangle, of a soup: a mesh takes fewer */
+        static const double most[] = {
+            65.0, 62.0, 120.0}; /* bytes a triangle of a sparse soup, the worst: meshes take half of it when compact */
         rti_build_settings s = {.builder = builder};
         double start = rti_now();
         uint64_t peak;
