@@ -136,6 +136,8 @@ uint64_t rti_context_memory_limit(const rt_context *ctx); /* 0: none */
 double rti_now(void);        /* seconds, monotonic */
 double rti_thread_cpu(void); /* CPU seconds of the calling thread */
 void rti_sleep(double seconds);
+/* malloc; a block of 2 MiB and more lies in huge pages where the system has them. For free and realloc. */
+void *rti_alloc_large(size_t size);
 
 /* ---- files (file.c); paths are bytes ---- */
 

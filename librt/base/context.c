@@ -19,7 +19,7 @@ static void *allocate_malloc(void *user, void *ptr, size_t old_size, size_t new_
         free(ptr);
         return NULL;
     }
-    return realloc(ptr, new_size);
+    return ptr ? realloc(ptr, new_size) : rti_alloc_large(new_size);
 }
 
 /* There is no context yet to keep a sentence, so a wrong descriptor of it is told by the status alone. */

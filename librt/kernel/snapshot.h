@@ -312,8 +312,10 @@ typedef struct rtk_group {
     RT_GLOBAL const rtk_geom *geoms;
     RT_GLOBAL const rtk_u8 *attributes; /* start of the ATTRIBUTE chunk */
     rtk_u32 geom_count;
+    rtk_u32 flags; /* RTK_GROUP_* */
     rtk_part parts[RTK_PARTS];
 } rtk_group;
+#define RTK_GROUP_PLAIN 1u /* each geometry has every bit in its mask, and none has an alpha map */
 
 typedef struct rtk_scene {
     RT_GLOBAL const rtk_group *groups; /* [0]: the scene's own geometry */

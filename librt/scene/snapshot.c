@@ -150,6 +150,11 @@ static rtk_group group_view(const rti_part_group *part)
     g.planes = rti_chunk_at(part->group, head->off_planes);
     g.geoms = rti_chunk_at(part->geometry, geometry->off_geoms);
     g.geom_count = geometry->geom_count;
+    g.flags = RTK_GROUP_PLAIN;
+    for (uint32_t i = 0; i < g.geom_count; i++) {
+        if (g.geoms[i].mask != 0xffffffffu || (g.geoms[i].flags & RTK_GEOM_ALPHA))
+            g.flags &= ~RTK_GROUP_PLAIN;
+    }
     g.attributes = part->attribute ? part->attribute->data : NULL;
     g.part_count = head->part_count;
     for (uint32_t i = 0; i < head->part_count; i++)

@@ -6,12 +6,6 @@
 #include "../kernel/query.h"
 #include "tri_lanes.h"
 
-/* What waits: a slot, and where the ray enters it. */
-typedef struct bvh_entry {
-    float t;
-    rtk_u32 child, count;
-} bvh_entry;
-
 #if RTI_SIMD >= 8
 #define NODE(op) rti_f8_##op
 #define NODE_N   8
@@ -106,9 +100,29 @@ RTI_VEC int bvh_take(rtk_query *q, rtk_u32 mode, const rtk_pray *r, const rtk_tr
     return (mode & RTK_MODE_ANY) != 0u;
 }
 
+/* The best hit of a walk while its identity is not needed: a reference of the group. Triangles stand in the order of hits, so of
+ * two at one t the lower reference wins, and neither their records nor their geometries', which seldom are in the cache, are
+ * read. */
+typedef struct bvh_late {
+    rtk_u32 plain; /* the group is, and the ray has a mask: every hit counts */
+    rtk_u32 ref;   /* RTK_INVALID: the query holds the best */
+} bvh_late;
+
+RTI_VEC void bvh_settle(rtk_query *q, bvh_late *late)
+{
+    const rtk_tri *tri;
+    if (late->ref == RTK_INVALID)
+        return;
+    tri = &q->group->tris[late->ref];
+    q->best.geom = tri->geom;
+    q->best.prim = tri->prim;
+    q->best.inst = q->inst;
+    late->ref = RTK_INVALID;
+}
+
 /* The blocks of a leaf. */
 RTI_VEC int bvh_blocks(rtk_query *q, rtk_u32 mode, const rtk_pray *r, const rti_tri_ray4 *lanes, const rtk_tree *tree, rtk_u32 at,
-                       rtk_u32 count, float outer)
+                       rtk_u32 count, float outer, bvh_late *late)
 {
     rtk_u32 k, end = (at + count + 3u) / 4u;
     for (k = at / 4u; k < end; k++) {
@@ -127,8 +141,23 @@ RTI_VEC int bvh_blocks(rtk_query *q, rtk_u32 mode, const rtk_pray *r, const rti_
         for (; bits != 0u; bits &= bits - 1u) {
             rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
             const rtk_tri *tri;
-            if (!(hit.doubt >> i & 1u) && !(mode & RTK_MODE_ANY) && outer == 0.0f && t[i] > q->best.t)
-                continue;
+            if (!(hit.doubt >> i & 1u) && outer == 0.0f) {
+                if ((mode & RTK_MODE_ANY) && late->plain)
+                    return 1;
+                if (!(mode & RTK_MODE_ANY) && t[i] > q->best.t)
+                    continue;
+                if (mode == 0u && late->plain && (t[i] < q->best.t || late->ref != RTK_INVALID)) {
+                    rtk_u32 ref = tree->refs[4u * k + i];
+                    if (t[i] < q->best.t || ref < late->ref) {
+                        q->best.t = t[i];
+                        q->best.u = u[i];
+                        q->best.v = v[i];
+                        late->ref = ref;
+                    }
+                    continue;
+                }
+            }
+            bvh_settle(q, late);
             tri = &q->group->tris[tree->refs[4u * k + i]];
             if (hit.doubt >> i & 1u ? rtk_query_tri(q, mode, r, tri) : bvh_take(q, mode, r, tri, t[i], u[i], v[i], outer))
                 return 1;

@@ -7,9 +7,11 @@
 #else
 RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_pray *r, float outer)
 {
-    bvh_entry stack[RTK_BVH_STACK];
+    float stack_t[RTK_BVH_STACK + RTK_BVH_WIDTH]; /* what waits: slots, and where the ray enters them */
+    rtk_u32 stack_child[RTK_BVH_STACK + RTK_BVH_WIDTH], stack_count[RTK_BVH_STACK + RTK_BVH_WIDTH];
     const bvh_ray v = bvh_ray_of(r);
     rti_tri_ray4 lanes = {0};
+    bvh_late late = {(q->group->flags & RTK_GROUP_PLAIN) && q->mask != 0u, RTK_INVALID};
     float reach = bvh_reach(q, RTK_MODE, r, outer);
     rtk_u32 at = 0u, count = 0u, top = 0u, ready = 0u, i;
     (void)prim_count;
@@ -22,38 +24,42 @@ RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_p
             rtk_u32 bits = bvh_open(n, &v, reach, t);
             if (bits == 0u)
                 goto next;
-            i = (rtk_u32)__builtin_ctz(bits);
+#ifdef RTI_PACK
+            const rti_f8 enter = rti_f8_load(t);
+            i = rti_f8_least(bits, enter);
+            bits &= ~(1u << i);
+            rti_f8_pack(stack_t + top, bits, enter);
+            rti_u8_pack(stack_child + top, bits, n->child);
+            rti_u8_pack(stack_count + top, bits, n->count);
+            top += (rtk_u32)__builtin_popcount(bits);
+#else
+            rtk_u32 near = (rtk_u32)__builtin_ctz(bits);
             bits &= bits - 1u;
+            for (; bits != 0u; bits &= bits - 1u) {
+                rtk_u32 far = (rtk_u32)__builtin_ctz(bits);
+                if (t[far] < t[near]) {
+                    rtk_u32 x = near;
+                    near = far;
+                    far = x;
+                }
+                stack_t[top] = t[far];
+                stack_child[top] = n->child[far];
+                stack_count[top++] = n->count[far];
+            }
+            i = near;
+#endif
             at = n->child[i];
             count = n->count[i];
-            if (bits == 0u)
-                continue;
-            bvh_entry near = {t[i], at, count};
-            do {
-                bvh_entry e;
-                rtk_u32 to = top;
-                i = (rtk_u32)__builtin_ctz(bits);
-                bits &= bits - 1u;
-                e = (bvh_entry){t[i], n->child[i], n->count[i]};
-                if (e.t < near.t) {
-                    bvh_entry x = near;
-                    near = e;
-                    e = x;
-                }
-                stack[to] = e;
-                top++;
-            } while (bits != 0u);
-            at = near.child;
-            count = near.count;
         }
         if (at < 4u * tree.block_count) {
             if (!ready) {
                 bvh_tri_ray(r, &lanes);
                 ready = 1u;
             }
-            if (bvh_blocks(q, RTK_MODE, r, &lanes, &tree, at, count, outer))
+            if (bvh_blocks(q, RTK_MODE, r, &lanes, &tree, at, count, outer, &late))
                 return 1;
         } else {
+            bvh_settle(q, &late);
             for (i = 0u; i < count; i++)
                 if (RTK_PRIM(q, RTK_MODE, r, tree.refs[at + i]))
                     return 1;
@@ -61,12 +67,14 @@ RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_p
         reach = bvh_reach(q, RTK_MODE, r, outer);
     next:
         do {
-            if (top == 0u)
+            if (top == 0u) {
+                bvh_settle(q, &late);
                 return 0;
+            }
             top--;
-        } while (stack[top].t > reach);
-        at = stack[top].child;
-        count = stack[top].count;
+        } while (stack_t[top] > reach);
+        at = stack_child[top];
+        count = stack_count[top];
     }
 }
 #endif

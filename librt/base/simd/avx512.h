@@ -131,6 +131,36 @@ RTI_VEC rti_m8 rti_m8_of(uint32_t bits)
     return (rti_m8)(bits & 0xffu);
 }
 
+/* Eight lanes of two fours. */
+RTI_VEC rti_f8 rti_f8_join(rti_f4 low, rti_f4 high)
+{
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
+}
+
+/* Lanes chosen by bits, packed from the first on; all eight places behind p are written. */
+#define RTI_PACK 1
+RTI_VEC void rti_f8_pack(float *p, uint32_t bits, rti_f8 a)
+{
+    _mm256_storeu_ps(p, _mm256_maskz_compress_ps((__mmask8)bits, a));
+}
+RTI_VEC void rti_u8_pack(uint32_t *p, uint32_t bits, const uint32_t *a)
+{
+    _mm256_storeu_si256((__m256i *)(void *)p,
+                        _mm256_maskz_compress_epi32((__mmask8)bits, _mm256_loadu_si256((const __m256i *)(const void *)a)));
+}
+
+/* The chosen lane that holds the least value, as good as 21 bits of mantissa tell; of negative ones, any. */
+RTI_VEC uint32_t rti_f8_least(uint32_t bits, rti_f8 a)
+{
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    __m256i key = _mm256_or_si256(_mm256_and_si256(_mm256_castps_si256(a), _mm256_set1_epi32(~7)), lane);
+    key = _mm256_mask_blend_epi32((__mmask8)bits, _mm256_set1_epi32(-1), key);
+    __m128i k = _mm_min_epu32(_mm256_castsi256_si128(key), _mm256_extracti128_si256(key, 1));
+    k = _mm_min_epu32(k, _mm_shuffle_epi32(k, 0x4e));
+    k = _mm_min_epu32(k, _mm_shuffle_epi32(k, 0xb1));
+    return (uint32_t)_mm_cvtsi128_si32(k) & 7u;
+}
+
 typedef __m512 rti_f16;
 typedef __mmask16 rti_m16;
 
