@@ -274,7 +274,8 @@ describe("rt.sweep", function()
       print(("# %.2f ms of CPU a point beside its work"):format(each))
       assert(not full or os.getenv "RT_TEST_SLOW" or each < 5, ("%.2f ms a point"):format(each))
       if not os.getenv "RT_TEST_SLOW" then
-        assert(peaks[count] <= 1.01 * peaks[100], ("peak memory grows from %d to %d"):format(peaks[100], peaks[count]))
+        -- in bytes; a quarter of a MiB of resident pages is noise
+        assert(peaks[count] <= 1.01 * peaks[100] + 256 * 1024, ("peak memory grows from %d to %d"):format(peaks[100], peaks[count]))
       end
     end)
   end)
