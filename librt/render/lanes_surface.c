@@ -1,5 +1,7 @@
 /* What is at sixteen hits of one kind. Each function here is the like-named one of kernel/surface.h over rows; where that one
  * takes a rare branch, the lane is marked and told by rtk_surface_at itself. */
+#include <stddef.h>
+
 #include "lanes.h"
 #include "lanes_table.h"
 #include "shade.h"
@@ -11,9 +13,15 @@ static rtk_vec3 row3(const float *x, const float *y, const float *z, uint32_t k)
 
 /* ---- triangles ---- */
 
+/* Rows of three floats at each corner of the lanes' triangles: the first corner's, the second's, the third's. */
 typedef struct corners {
-    float a[3][RTK_BLOCK] RTI_ROW, b[3][RTK_BLOCK] RTI_ROW, c[3][RTK_BLOCK] RTI_ROW;
+    float row[9][RTK_BLOCK] RTI_ROW;
 } corners;
+
+static rtk_vec3 corner3(const corners *v, uint32_t i, uint32_t k)
+{
+    return row3(v->row[3 * i], v->row[3 * i + 1], v->row[3 * i + 2], k);
+}
 
 static void load_vertices(const rtk_group *g, const rti_sheaf *c, corners *v)
 {
@@ -21,9 +29,28 @@ static void load_vertices(const rtk_group *g, const rti_sheaf *c, corners *v)
     {
         const rtk_tri *t = &g->tris[g->geoms[c->geom[k]].first + c->prim[k]];
         for (uint32_t i = 0; i < 3; i++) {
-            v->a[i][k] = t->v0[i];
-            v->b[i][k] = t->v1[i];
-            v->c[i][k] = t->v2[i];
+            v->row[i][k] = t->v0[i];
+            v->row[3 + i][k] = t->v1[i];
+            v->row[6 + i][k] = t->v2[i];
+        }
+    }
+}
+
+/* Of each corner the `width` floats of an attribute, in row[3 * width]. offset_at: where rtk_geom has the attribute's offset. A
+ * geometry without it gives what stands in none[3 * width]. */
+static void load_attribute(const rtk_group *g, const rti_sheaf *c, size_t offset_at, uint32_t width, const float *none,
+                           float (*row)[RTK_BLOCK])
+{
+    RTI_EACH_LANE(k)
+    {
+        const rtk_geom *geom = &g->geoms[c->geom[k]];
+        const rtk_u64 offset = *(const rtk_u64 *)(const void *)((const char *)geom + offset_at);
+        const uint32_t *corner = (const uint32_t *)(const void *)(g->attributes + geom->off_indices) + 3 * (size_t)c->prim[k];
+        const float *all = (const float *)(const void *)(g->attributes + offset);
+        for (uint32_t i = 0; i < 3; i++) {
+            const float *from = offset != 0 ? all + width * (size_t)corner[i] : none + width * i;
+            for (uint32_t j = 0; j < width; j++)
+                row[width * i + j][k] = from[j];
         }
     }
 }
@@ -34,8 +61,8 @@ RTI_LANES_FN static void mesh(const rtk_group *g, rti_sheaf *c, float *area)
     load_vertices(g, c, &v);
     RTI_EACH_LANE(k)
     {
-        rtk_vec3 a = row3(v.a[0], v.a[1], v.a[2], k), p, n;
-        rtk_vec3 e1 = rtk_sub(row3(v.b[0], v.b[1], v.b[2], k), a), e2 = rtk_sub(row3(v.c[0], v.c[1], v.c[2], k), a);
+        rtk_vec3 a = corner3(&v, 0, k), p, n;
+        rtk_vec3 e1 = rtk_sub(corner3(&v, 1, k), a), e2 = rtk_sub(corner3(&v, 2, k), a);
         int plain = rtk_edges_normal(e1, e2, &n);
         c->error[k] = rtk_mesh_point(a, e1, e2, c->u[k], c->v[k], &p);
         c->px[k] = p.x;
@@ -50,35 +77,16 @@ RTI_LANES_FN static void mesh(const rtk_group *g, rti_sheaf *c, float *area)
     }
 }
 
-/* Of each corner; a geometry without them has zeros, which give the geometric normal. */
-static void load_normals(const rtk_group *g, const rti_sheaf *c, corners *v)
-{
-    static const float none[3] = {0.0f, 0.0f, 0.0f};
-    RTI_EACH_LANE(k)
-    {
-        const rtk_geom *geom = &g->geoms[c->geom[k]];
-        const uint32_t *corner = (const uint32_t *)(const void *)(g->attributes + geom->off_indices) + 3 * (size_t)c->prim[k];
-        const float *n = (const float *)(const void *)(g->attributes + geom->off_normals);
-        bool there = geom->off_normals != 0;
-        const float *na = there ? n + 3 * (size_t)corner[0] : none, *nb = there ? n + 3 * (size_t)corner[1] : none;
-        const float *nc = there ? n + 3 * (size_t)corner[2] : none;
-        for (uint32_t i = 0; i < 3; i++) {
-            v->a[i][k] = na[i];
-            v->b[i][k] = nb[i];
-            v->c[i][k] = nc[i];
-        }
-    }
-}
-
+/* A geometry without normals has zeros, which give the geometric one. */
 RTI_LANES_FN static void smooth_normals(const rtk_group *g, rti_sheaf *c)
 {
+    static const float none[9] = {0.0f};
     corners v;
-    load_normals(g, c, &v);
+    load_attribute(g, c, offsetof(rtk_geom, off_normals), 3, none, v.row);
     RTI_EACH_LANE(k)
     {
         rtk_vec3 ng = row3(c->gx, c->gy, c->gz, k);
-        rtk_vec3 n = rtk_weighted(row3(v.a[0], v.a[1], v.a[2], k), row3(v.b[0], v.b[1], v.b[2], k),
-                                  row3(v.c[0], v.c[1], v.c[2], k), c->u[k], c->v[k]);
+        rtk_vec3 n = rtk_weighted(corner3(&v, 0, k), corner3(&v, 1, k), corner3(&v, 2, k), c->u[k], c->v[k]);
         float m = rtk_maxabs(n);
         int usable = (m > 0.0f) & (m < RTK_INF), back;
         c->plain[k] &= (uint32_t)((!usable) | rtk_unit_is_plain(m));
@@ -90,33 +98,14 @@ RTI_LANES_FN static void smooth_normals(const rtk_group *g, rti_sheaf *c)
     }
 }
 
-static void load_colors(const rtk_group *g, const rti_sheaf *c, corners *v)
-{
-    static const float white[3] = {1.0f, 1.0f, 1.0f};
-    RTI_EACH_LANE(k)
-    {
-        const rtk_geom *geom = &g->geoms[c->geom[k]];
-        const uint32_t *corner = (const uint32_t *)(const void *)(g->attributes + geom->off_indices) + 3 * (size_t)c->prim[k];
-        const float *n = (const float *)(const void *)(g->attributes + geom->off_colors);
-        bool there = geom->off_colors != 0;
-        const float *ca = there ? n + 3 * (size_t)corner[0] : white, *cb = there ? n + 3 * (size_t)corner[1] : white;
-        const float *cc = there ? n + 3 * (size_t)corner[2] : white;
-        for (uint32_t i = 0; i < 3; i++) {
-            v->a[i][k] = ca[i];
-            v->b[i][k] = cb[i];
-            v->c[i][k] = cc[i];
-        }
-    }
-}
-
 RTI_LANES_FN static void colors(const rtk_group *g, rti_sheaf *c)
 {
+    static const float white[9] = {1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f};
     corners v;
-    load_colors(g, c, &v);
+    load_attribute(g, c, offsetof(rtk_geom, off_colors), 3, white, v.row);
     RTI_EACH_LANE(k)
     {
-        rtk_vec3 t = rtk_weighted(row3(v.a[0], v.a[1], v.a[2], k), row3(v.b[0], v.b[1], v.b[2], k),
-                                  row3(v.c[0], v.c[1], v.c[2], k), c->u[k], c->v[k]);
+        rtk_vec3 t = rtk_weighted(corner3(&v, 0, k), corner3(&v, 1, k), corner3(&v, 2, k), c->u[k], c->v[k]);
         c->tr[k] = t.x;
         c->tg[k] = t.y;
         c->tb[k] = t.z;
@@ -128,15 +117,9 @@ RTI_LANES_FN static void coordinates(const rtk_group *g, rti_sheaf *c, const flo
 {
     static const float weights[6] = {0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 1.0f};
     float a[6][RTK_BLOCK] RTI_ROW, there[RTK_BLOCK] RTI_ROW;
+    load_attribute(g, c, offsetof(rtk_geom, off_uvs), 2, weights, a);
     RTI_EACH_LANE(k)
-    {
-        const rtk_geom *geom = &g->geoms[c->geom[k]];
-        const uint32_t *corner = (const uint32_t *)(const void *)(g->attributes + geom->off_indices) + 3 * (size_t)c->prim[k];
-        const float *uv = (const float *)(const void *)(g->attributes + geom->off_uvs);
-        there[k] = geom->off_uvs != 0 ? 1.0f : 0.0f;
-        for (uint32_t i = 0; i < 6; i++)
-            a[i][k] = geom->off_uvs != 0 ? uv[2 * (size_t)corner[i / 2] + i % 2] : weights[i];
-    }
+    there[k] = g->geoms[c->geom[k]].off_uvs != 0 ? 1.0f : 0.0f;
     RTI_EACH_LANE(k)
     {
         float du1 = a[2][k] - a[0][k], dv1 = a[3][k] - a[1][k], du2 = a[4][k] - a[0][k], dv2 = a[5][k] - a[1][k];
