@@ -1,72 +1,10 @@
-/* Embree 3 as an entrant. The library is loaded when it is asked for (its headers are needed to compile this file to more than a
- * sentence); its scene gets the triangles that ours has, as indexed vertices. Rays are laid out for each of its interfaces before
- * the clock runs; denormals count as zero in its calls, as its manual advises. */
-#include "rays.h"
-
-#ifdef BENCH_HAVE_EMBREE
+/* Embree 3 as an entrant. The library is loaded when it is asked for (of the package its headers alone are needed to compile
+ * this); its scene gets the triangles that ours has, as indexed vertices. */
+#include "embree.h"
 
 #include <dlfcn.h>
-#include <math.h>
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <embree3/rtcore.h>
-
-#if defined(__SSE__)
-#include <xmmintrin.h>
-#define FAST_DENORMALS 0x8040u /* flush to zero, denormals are zero */
-#endif
-
-#define CALLS(X)                                                                                                                 \
-    X(rtcNewDevice)                                                                                                              \
-    X(rtcReleaseDevice)                                                                                                          \
-    X(rtcGetDeviceProperty)                                                                                                      \
-    X(rtcGetDeviceError)                                                                                                         \
-    X(rtcSetDeviceMemoryMonitorFunction)                                                                                         \
-    X(rtcNewScene)                                                                                                               \
-    X(rtcReleaseScene)                                                                                                           \
-    X(rtcSetSceneBuildQuality)                                                                                                   \
-    X(rtcSetSceneFlags)                                                                                                          \
-    X(rtcCommitScene)                                                                                                            \
-    X(rtcNewGeometry)                                                                                                            \
-    X(rtcReleaseGeometry)                                                                                                        \
-    X(rtcSetGeometryBuildQuality)                                                                                                \
-    X(rtcSetSharedGeometryBuffer)                                                                                                \
-    X(rtcCommitGeometry)                                                                                                         \
-    X(rtcAttachGeometry)                                                                                                         \
-    X(rtcIntersect1)                                                                                                             \
-    X(rtcIntersect8)                                                                                                             \
-    X(rtcIntersect16)                                                                                                            \
-    X(rtcIntersect1M)                                                                                                            \
-    X(rtcOccluded1)                                                                                                              \
-    X(rtcOccluded8)                                                                                                              \
-    X(rtcOccluded16)                                                                                                             \
-    X(rtcOccluded1M)
-
-enum { SCENES_MOST = 6 };
-
-struct bench_embree {
-    void *library;
-#define MEMBER(name) __typeof__(name) *name;
-    CALLS(MEMBER)
-#undef MEMBER
-    RTCDevice device;
-    RTCScene scenes[SCENES_MOST];
-    uint32_t scene_count;
-    atomic_llong bytes; /* what the device holds, by its own account */
-    char version[32];
-    float *vertices;
-    uint32_t *indices;
-    rt_triangle *triangles;
-    uint32_t vertex_count, triangle_count;
-};
-
-/* What an entrant of Embree is. */
-typedef struct theirs {
-    const bench_embree *embree;
-    RTCScene scene;
-} theirs;
 
 static bool monitor(void *user, ssize_t bytes, bool post)
 {
@@ -88,7 +26,7 @@ static bool load(bench_embree *e)
         bench_fail(BENCH_MACHINE, "--against embree: libembree3.so.3 has no " #name);                                            \
         return false;                                                                                                            \
     }
-    CALLS(LOAD)
+    EMBREE_CALLS(LOAD)
 #undef LOAD
     return true;
 }
@@ -233,202 +171,34 @@ static void time_build(bench_embree *e, const bench_options *o, const char *qual
     build->cpu = bench_median(cpu, o->builds);
 }
 
-/* ---- rays ---- */
-
-static void enter(struct RTCIntersectContext *c, const bench_rays *rays, unsigned *saved)
-{
-    rtcInitIntersectContext(c);
-    c->flags = rays->hints & RT_RAYS_COHERENT ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-    *saved = 0;
-#ifdef FAST_DENORMALS
-    *saved = _mm_getcsr();
-    _mm_setcsr(*saved | FAST_DENORMALS);
-#endif
-}
-
-static void leave(unsigned saved)
-{
-#ifdef FAST_DENORMALS
-    _mm_setcsr(saved);
-#else
-    (void)saved;
-#endif
-}
-
-static size_t single_room(const bench_rays *rays)
-{
-    return rays->count * (rays->any ? sizeof(struct RTCRay) : sizeof(struct RTCRayHit));
-}
-
-static void fill_ray(struct RTCRay *to, const rt_ray *r)
-{
-    *to = (struct RTCRay){.org_x = r->org.x,
-                          .org_y = r->org.y,
-                          .org_z = r->org.z,
-                          .tnear = r->tmin,
-                          .dir_x = r->dir.x,
-                          .dir_y = r->dir.y,
-                          .dir_z = r->dir.z,
-                          .tfar = r->tmax,
-                          .mask = 0xffffffffu};
-}
-
-static void single_prepare(bench_entrant *entrant, const bench_rays *rays, void *scratch)
-{
-    struct RTCRayHit *hits = scratch;
-    (void)entrant;
-    for (size_t i = 0; i < rays->count; i++) {
-        if (rays->any) {
-            fill_ray((struct RTCRay *)scratch + i, &rays->rays[i]);
-        } else {
-            memset(&hits[i].hit, 0, sizeof hits[i].hit);
-            fill_ray(&hits[i].ray, &rays->rays[i]);
-            hits[i].hit.geomID = hits[i].hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        }
-    }
-}
-
-static void single_trace(bench_entrant *entrant, const bench_rays *rays, void *scratch, size_t first, size_t count)
-{
-    const theirs *t = entrant->data;
-    struct RTCIntersectContext c;
-    unsigned saved;
-    enter(&c, rays, &saved);
-    if (rays->any)
-        for (size_t i = first; i < first + count; i++)
-            t->embree->rtcOccluded1(t->scene, &c, (struct RTCRay *)scratch + i);
-    else
-        for (size_t i = first; i < first + count; i++)
-            t->embree->rtcIntersect1(t->scene, &c, (struct RTCRayHit *)scratch + i);
-    leave(saved);
-}
-
-static void stream_trace(bench_entrant *entrant, const bench_rays *rays, void *scratch, size_t first, size_t count)
-{
-    const theirs *t = entrant->data;
-    struct RTCIntersectContext c;
-    unsigned saved;
-    enter(&c, rays, &saved);
-    if (rays->any)
-        t->embree->rtcOccluded1M(t->scene, &c, (struct RTCRay *)scratch + first, (unsigned)count, sizeof(struct RTCRay));
-    else
-        t->embree->rtcIntersect1M(t->scene, &c, (struct RTCRayHit *)scratch + first, (unsigned)count, sizeof(struct RTCRayHit));
-    leave(saved);
-}
-
-static rt_hit hit_of(const theirs *t, float tfar, float u, float v, uint32_t geometry, uint32_t primitive)
-{
-    if (geometry == RTC_INVALID_GEOMETRY_ID || primitive >= t->embree->triangle_count)
-        return (rt_hit){tfar, 0, 0, RT_INVALID_ID, RT_INVALID_ID, RT_INVALID_ID};
-    return (rt_hit){tfar, u, v, t->embree->triangles[primitive].prim_id, t->embree->triangles[primitive].geom_id, RT_INVALID_ID};
-}
-
-static void single_answers(bench_entrant *entrant, const bench_rays *rays, const void *scratch, rt_hit *hits, uint8_t *occluded)
-{
-    for (size_t i = 0; i < rays->count; i++) {
-        if (rays->any) {
-            occluded[i] = ((const struct RTCRay *)scratch)[i].tfar < 0;
-        } else {
-            const struct RTCRayHit *h = (const struct RTCRayHit *)scratch + i;
-            hits[i] = hit_of(entrant->data, h->ray.tfar, h->hit.u, h->hit.v, h->hit.geomID, h->hit.primID);
-        }
-    }
-}
-
-/* Packets of N: one body for 8 and 16, whose types differ in nothing else. */
-#define PACKET(N, RAY, RAYHIT, INTERSECT, OCCLUDED)                                                                              \
-    static size_t packet##N##_room(const bench_rays *rays)                                                                       \
-    {                                                                                                                            \
-        return (rays->count + N - 1) / N * (rays->any ? sizeof(struct RAY) : sizeof(struct RAYHIT));                             \
-    }                                                                                                                            \
-    static void packet##N##_prepare(bench_entrant *entrant, const bench_rays *rays, void *scratch)                               \
-    {                                                                                                                            \
-        (void)entrant;                                                                                                           \
-        memset(scratch, 0, packet##N##_room(rays));                                                                              \
-        for (size_t i = 0; i < rays->count; i++) {                                                                               \
-            const rt_ray *r = &rays->rays[i];                                                                                    \
-            struct RAYHIT *hit = rays->any ? NULL : (struct RAYHIT *)scratch + i / N;                                            \
-            struct RAY *ray = rays->any ? (struct RAY *)scratch + i / N : &hit->ray;                                             \
-            size_t k = i % N;                                                                                                    \
-            ray->org_x[k] = r->org.x;                                                                                            \
-            ray->org_y[k] = r->org.y;                                                                                            \
-            ray->org_z[k] = r->org.z;                                                                                            \
-            ray->tnear[k] = r->tmin;                                                                                             \
-            ray->dir_x[k] = r->dir.x;                                                                                            \
-            ray->dir_y[k] = r->dir.y;                                                                                            \
-            ray->dir_z[k] = r->dir.z;                                                                                            \
-            ray->tfar[k] = r->tmax;                                                                                              \
-            ray->mask[k] = 0xffffffffu;                                                                                          \
-            if (hit)                                                                                                             \
-                hit->hit.geomID[k] = hit->hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;                                            \
-        }                                                                                                                        \
-    }                                                                                                                            \
-    static void packet##N##_trace(bench_entrant *entrant, const bench_rays *rays, void *scratch, size_t first, size_t count)     \
-    {                                                                                                                            \
-        const theirs *t = entrant->data;                                                                                         \
-        struct RTCIntersectContext c;                                                                                            \
-        unsigned saved;                                                                                                          \
-        _Alignas(64) int valid[N];                                                                                               \
-        enter(&c, rays, &saved);                                                                                                 \
-        for (int k = 0; k < N; k++)                                                                                              \
-            valid[k] = -1;                                                                                                       \
-        for (size_t i = first; i < first + count; i += N) {                                                                      \
-            for (size_t k = first + count - i; k < N; k++)                                                                       \
-                valid[k] = 0;                                                                                                    \
-            if (rays->any)                                                                                                       \
-                t->embree->OCCLUDED(valid, t->scene, &c, (struct RAY *)scratch + i / N);                                         \
-            else                                                                                                                 \
-                t->embree->INTERSECT(valid, t->scene, &c, (struct RAYHIT *)scratch + i / N);                                     \
-        }                                                                                                                        \
-        leave(saved);                                                                                                            \
-    }                                                                                                                            \
-    static void packet##N##_answers(bench_entrant *entrant, const bench_rays *rays, const void *scratch, rt_hit *hits,           \
-                                    uint8_t *occluded)                                                                           \
-    {                                                                                                                            \
-        for (size_t i = 0; i < rays->count; i++) {                                                                               \
-            size_t k = i % N;                                                                                                    \
-            const struct RAYHIT *h = (const struct RAYHIT *)scratch + i / N;                                                     \
-            if (rays->any)                                                                                                       \
-                occluded[i] = ((const struct RAY *)scratch)[i / N].tfar[k] < 0;                                                  \
-            else                                                                                                                 \
-                hits[i] = hit_of(entrant->data, h->ray.tfar[k], h->hit.u[k], h->hit.v[k], h->hit.geomID[k], h->hit.primID[k]);   \
-        }                                                                                                                        \
-    }
-PACKET(8, RTCRay8, RTCRayHit8, rtcIntersect8, rtcOccluded8)
-PACKET(16, RTCRay16, RTCRayHit16, rtcIntersect16, rtcOccluded16)
-
 /* ---- entrants ---- */
 
 static bool add_mode(const bench_embree *e, const char *mode, const char *quality, bool robust, RTCScene scene, uint64_t bytes,
                      const bench_build *builds, bench_entrants *all)
 {
-    theirs *data = calloc(1, sizeof *data);
+    embree_entrant *data = calloc(1, sizeof *data);
     bench_entrant *x = data ? bench_entrant_add(all) : NULL;
     if (!x) {
         free(data);
         return false;
     }
-    *data = (theirs){e, scene};
+    *data = (embree_entrant){e, scene};
     x->program = "embree";
     x->data = data;
     snprintf(x->tracer, sizeof x->tracer, "%s", mode);
     snprintf(x->input, sizeof x->input, "%s", mode);
     snprintf(x->quality, sizeof x->quality, "%s", quality);
     snprintf(x->tree, sizeof x->tree, "bvh");
-    x->width = strcmp(mode, "8") == 0 ? 8 : strcmp(mode, "16") == 0 ? 16 : strcmp(mode, "single") == 0 ? 1 : 64;
     x->robust = robust;
     x->bytes = bytes;
     memcpy(x->build, builds, BENCH_NAMES * sizeof *builds);
-    x->room = x->width == 8 ? packet8_room : x->width == 16 ? packet16_room : single_room;
-    x->prepare = x->width == 8 ? packet8_prepare : x->width == 16 ? packet16_prepare : single_prepare;
-    x->trace = x->width == 8 ? packet8_trace : x->width == 16 ? packet16_trace : x->width == 1 ? single_trace : stream_trace;
-    x->answers = x->width == 8 ? packet8_answers : x->width == 16 ? packet16_answers : single_answers;
+    bench_embree_set_mode(x, mode);
     return true;
 }
 
 int bench_embree_add(bench_embree *e, const bench_options *o, const bench_world *w, bench_entrants *all)
 {
-    bench_build builds[SCENES_MOST][BENCH_NAMES];
+    bench_build builds[EMBREE_SCENES_MOST][BENCH_NAMES];
     uint32_t n = 0;
     if (!w->plain || w->triangles == 0 || w->triangles > UINT32_MAX / 6)
         return bench_fail(BENCH_FILE,
@@ -443,7 +213,7 @@ int bench_embree_add(bench_embree *e, const bench_options *o, const bench_world 
         if (!new_device(e, o->threads[k]))
             return bench_fail(BENCH_MACHINE, "--against embree: it gives no device with %u threads", o->threads[k]);
         for (uint32_t q = 0; q < o->qualities.count; q++) {
-            for (uint32_t r = 0; r < o->robust.count && n < SCENES_MOST; r++) {
+            for (uint32_t r = 0; r < o->robust.count && n < EMBREE_SCENES_MOST; r++) {
                 builds[n][k] = (bench_build){-1, -1, o->threads[k]};
                 if (o->builds > 0)
                     time_build(e, o, o->qualities.name[q], strcmp(o->robust.name[r], "on") == 0, &builds[n][k]);
@@ -453,7 +223,7 @@ int bench_embree_add(bench_embree *e, const bench_options *o, const bench_world 
     }
     n = 0;
     for (uint32_t q = 0; q < o->qualities.count; q++) {
-        for (uint32_t r = 0; r < o->robust.count && n < SCENES_MOST; r++, n++) {
+        for (uint32_t r = 0; r < o->robust.count && n < EMBREE_SCENES_MOST; r++, n++) {
             double seconds, cpu;
             bool robust = strcmp(o->robust.name[r], "on") == 0;
             long long before = atomic_load(&e->bytes);
@@ -468,38 +238,3 @@ int bench_embree_add(bench_embree *e, const bench_options *o, const bench_world 
     return e->rtcGetDeviceError(e->device) == RTC_ERROR_NONE ? BENCH_OK
                                                              : bench_fail(BENCH_MACHINE, "--against embree: it reports an error");
 }
-
-#else
-
-struct bench_embree {
-    int none;
-};
-
-int bench_embree_open(bench_embree **embree)
-{
-    *embree = NULL;
-    return bench_fail(BENCH_MACHINE, "--against embree: this build had no headers of Embree 3 (Debian: libembree-dev)");
-}
-void bench_embree_close(bench_embree *embree)
-{
-    (void)embree;
-}
-const char *bench_embree_version(const bench_embree *embree)
-{
-    (void)embree;
-    return "";
-}
-int bench_embree_add(bench_embree *embree, const bench_options *o, const bench_world *world, bench_entrants *entrants)
-{
-    (void)embree;
-    (void)o;
-    (void)world;
-    (void)entrants;
-    return BENCH_MACHINE;
-}
-void bench_embree_drop(bench_embree *embree)
-{
-    (void)embree;
-}
-
-#endif

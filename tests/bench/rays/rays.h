@@ -133,7 +133,7 @@ bool bench_rays_parse(const void *data, size_t size, bench_rays *out, char *why,
 int bench_rays_read(const char *path, bench_rays *out);
 int bench_rays_write(const char *path, const bench_rays *rays);
 
-/* ---- who answers (ours.c, embree.c) ---- */
+/* ---- who answers (ours.c, embree.c, embree_none.c) ---- */
 
 typedef struct bench_build {
     double seconds, cpu; /* medians; < 0: not measured */
