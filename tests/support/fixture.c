@@ -64,6 +64,22 @@ void test_end(test_fixture *t)
     assert_int_equal(t->live, 0);
 }
 
+test_fixture test;
+
+int test_setup(void **state)
+{
+    (void)state;
+    test_begin(&test, 0);
+    return 0;
+}
+
+int test_teardown(void **state)
+{
+    (void)state;
+    test_end(&test);
+    return 0;
+}
+
 const char *test_path(test_fixture *t, const char *name)
 {
     if (!t->folder[0]) {

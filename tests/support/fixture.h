@@ -27,6 +27,11 @@ void test_begin(test_fixture *t, uint64_t memory_limit);
 /* Checks that nothing is left allocated, and removes the folder with its files. */
 void test_end(test_fixture *t);
 
+/* For cmocka: begins `test` without a memory limit, ends it. */
+extern test_fixture test;
+int test_setup(void **state);
+int test_teardown(void **state);
+
 /* FOLDER/name, kept in t->path. */
 const char *test_path(test_fixture *t, const char *name);
 /* Writes a file there; returns its path. */

@@ -3,13 +3,8 @@
 #define RENDER_SCENES_H
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-#include <cmocka.h>
+
+#include "scene_kit.h"
 
 #include "librt/render.h"
 
@@ -17,11 +12,7 @@
 
 static inline rt_context *make_context(uint32_t workers)
 {
-    rt_context_desc d = rt_context_desc_default();
-    rt_context *ctx = NULL;
-    d.workers = workers;
-    OK(rt_context_create(&d, &ctx));
-    return ctx;
+    return kit_context(NULL, workers);
 }
 
 static inline rt_vec3 v3(float x, float y, float z)

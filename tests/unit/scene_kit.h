@@ -66,6 +66,18 @@ static inline void kit_ok(const rt_context *ctx, rt_status status)
     fail_msg("%s: %s", rt_status_name(status), text);
 }
 
+static inline void kit_commit(rt_scene *scene)
+{
+    kit_ok(rt_scene_context(scene), rt_scene_commit(scene, NULL));
+}
+
+static inline rt_scene_info kit_info(const rt_scene *scene)
+{
+    rt_scene_info info;
+    assert_int_equal(rt_scene_get_info(scene, &info), RT_OK);
+    return info;
+}
+
 static inline rt_scene *kit_scene(rt_context *ctx)
 {
     rt_scene *scene = NULL;
@@ -80,6 +92,32 @@ static inline void kit_says(const rt_context *ctx, const char *part)
     rt_context_error(ctx, text, sizeof text);
     if (!strstr(text, part))
         fail_msg("expected a sentence with \"%s\", got \"%s\"", part, text);
+}
+
+/* The call is refused as an argument, with the sentence. */
+#define KIT_REFUSED(ctx, call, sentence)                                                                                         \
+    do {                                                                                                                         \
+        assert_int_equal(call, RT_ERROR_ARGUMENT);                                                                               \
+        kit_says(ctx, sentence);                                                                                                 \
+    } while (0)
+
+/* Random numbers, the same everywhere. seed: where the test begins; it is moved on. */
+static inline float kit_range(uint32_t *seed, float low, float high)
+{
+    *seed = *seed * 1664525u + 1013904223u;
+    return low + (high - low) * (float)(*seed >> 8) / 16777216.0f;
+}
+
+static inline float kit_unit(uint32_t *seed)
+{
+    return kit_range(seed, 0.0f, 1.0f);
+}
+
+/* In a cube from -size to size. */
+static inline rt_vec3 kit_vec(uint32_t *seed, float size)
+{
+    float x = kit_range(seed, -size, size), y = kit_range(seed, -size, size), z = kit_range(seed, -size, size);
+    return (rt_vec3){x, y, z};
 }
 
 static inline uint32_t kit_sphere(rt_scene *scene, float x, float y, float z, float radius)

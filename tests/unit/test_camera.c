@@ -1,5 +1,5 @@
 /* The lens and the moving camera: closed forms, sums of many still images, and what is refused. */
-#include "render_scenes.h"
+#include "render_stage.h"
 
 #include <stdio.h>
 
@@ -70,7 +70,7 @@ static void lens_shapes(void **state)
 /* ---- circle of confusion ---- */
 
 /* A shining ball of radius `ball` at distance d, seen by a lens of radius r sharp at distance f. */
-static moments blur_of(rt_context *ctx, rt_camera_type type, float ball, float d, float f, float r, uint32_t blades)
+static moments blur_of(rt_camera_type type, float ball, float d, float f, float r, uint32_t blades)
 {
     enum { SIZE = 96 };
     rt_scene *s;
@@ -114,7 +114,6 @@ static moments blur_of(rt_context *ctx, rt_camera_type type, float ball, float d
 static void circle_of_confusion(void **state)
 {
     static const float at[][3] = {{2, 4, 0.8f}, {4, 2, 1.2f}, {3, 3, 1}, {10, 2, 0.5f}};
-    rt_context *ctx = make_context(1);
     (void)state;
     for (int i = 0; i < 4; i++)
         for (int ortho = 0; ortho < 2; ortho++) {
@@ -124,8 +123,8 @@ static void circle_of_confusion(void **state)
             moments s;
             if (disc > 0.9)
                 continue;
-            s = blur_of(ctx, ortho ? RT_CAMERA_ORTHOGRAPHIC : RT_CAMERA_PINHOLE, (float)(ortho ? 0.15 : 0.05 * d), (float)d,
-                        (float)f, (float)r, 0);
+            s = blur_of(ortho ? RT_CAMERA_ORTHOGRAPHIC : RT_CAMERA_PINHOLE, (float)(ortho ? 0.15 : 0.05 * d), (float)d, (float)f,
+                        (float)r, 0);
             want = 0.5 * disc * disc + 0.5 * ball * ball + edge * edge / 6;
             assert_true(s.m[0][0] > 0);
             print_message("d %g f %g r %g %s: mean square %g, closed form %g, reach %g of %g\n", d, f, r, ortho ? "parallel" : "",
@@ -133,16 +132,14 @@ static void circle_of_confusion(void **state)
             assert_true(fabs(s.r2 / s.m[0][0] / want - 1) < 0.05);
             assert_true(s.most < disc + ball + 1.5 * edge && s.most > disc - edge);
         }
-    rt_context_destroy(ctx);
 }
 
 /* The blur has the lens's corners: upside down behind what is sharp. */
 static void blades(void **state)
 {
-    rt_context *ctx = make_context(1);
     (void)state;
     for (uint32_t n = 3; n <= 6; n++) {
-        moments s = blur_of(ctx, RT_CAMERA_PINHOLE, 0.3f, 3, 1, 0.8f, n);
+        moments s = blur_of(RT_CAMERA_PINHOLE, 0.3f, 3, 1, 0.8f, n);
         double radius = 0.8 * (1 - 1.0 / 3), scale = 1;
         for (int k = 1; k <= 6; k++) {
             scale *= radius;
@@ -150,25 +147,24 @@ static void blades(void **state)
         }
         assert_true(s.m[n][0] * cos(n * 1.57079632679) + s.m[n][1] * sin(n * 1.57079632679) > 0.0);
     }
-    rt_context_destroy(ctx);
 }
 
 /* ---- sums of still images ---- */
 
-static rt_scene *balls(rt_context *ctx)
+static int setup_balls(void **state)
 {
-    rt_scene *s;
     rt_material red, white;
-    OK(rt_scene_create(ctx, &s));
-    red = add_material(s, v3(0.9f, 0.2f, 0.1f), 1, 0, 0, 1);
-    white = add_material(s, v3(0.8f, 0.8f, 0.8f), 0.9f, 0.1f, 0, 1);
-    add_plane(s, v3(0, -1, 0), v3(0, 1, 0), white);
-    add_sphere(s, v3(-0.8f, 0, -5), 1, red);
-    add_sphere(s, v3(0.9f, -0.4f, -2.6f), 0.5f, white);
-    add_box(s, v3(0.6f, -1, -9), v3(2, 1.5f, -8), red);
-    set_world(s, v3(0.3f, 0.4f, 0.5f), v3(0.7f, 0.8f, 0.9f));
-    add_light(s, light(RT_LIGHT_DIRECTIONAL, v3(-1, -2, -1), v3(0.8f, 0.8f, 0.8f), RT_FALLOFF_NONE));
-    return s;
+    (void)state;
+    stage(1);
+    red = add_material(scene, v3(0.9f, 0.2f, 0.1f), 1, 0, 0, 1);
+    white = add_material(scene, v3(0.8f, 0.8f, 0.8f), 0.9f, 0.1f, 0, 1);
+    add_plane(scene, v3(0, -1, 0), v3(0, 1, 0), white);
+    add_sphere(scene, v3(-0.8f, 0, -5), 1, red);
+    add_sphere(scene, v3(0.9f, -0.4f, -2.6f), 0.5f, white);
+    add_box(scene, v3(0.6f, -1, -9), v3(2, 1.5f, -8), red);
+    set_world(scene, v3(0.3f, 0.4f, 0.5f), v3(0.7f, 0.8f, 0.9f));
+    add_light(scene, light(RT_LIGHT_DIRECTIONAL, v3(-1, -2, -1), v3(0.8f, 0.8f, 0.8f), RT_FALLOFF_NONE));
+    return 0;
 }
 
 typedef struct sum {
@@ -214,8 +210,6 @@ static void compare(const sum *s, const rt_image *image, const char *what, doubl
 static void lens_is_a_sum_of_pinholes(void **state)
 {
     enum { W = 48, H = 36, REACH = 6, M = 8 };
-    rt_context *ctx = make_context(1);
-    rt_scene *s = balls(ctx);
     rt_camera_desc c = rt_camera_desc_default();
     rt_render_desc rd = settings(W + 2 * M, H + 2 * M, 4, "whitted");
     rt_image *image, *pinhole;
@@ -229,10 +223,10 @@ static void lens_is_a_sum_of_pinholes(void **state)
         for (int i = -REACH; i <= REACH; i++) {
             c.eye = v3((float)(i * pixel * focus), (float)(j * pixel * focus), 0);
             c.look_at = v3(c.eye.x, c.eye.y, -1);
-            OK(rt_scene_set_camera(s, &c));
-            OK(rt_scene_commit(s, NULL));
+            OK(rt_scene_set_camera(scene, &c));
+            OK(rt_scene_commit(scene, NULL));
             rd.crop = (rt_tile){(uint32_t)(M - i), (uint32_t)(M + j), W, H};
-            image = render(s, &rd);
+            image = render(scene, &rd);
             sum_add(&total, image);
             rt_image_destroy(image);
         }
@@ -240,17 +234,17 @@ static void lens_is_a_sum_of_pinholes(void **state)
     c.look_at = v3(0, 0, -1);
     c.eye = v3(0, 0, 0);
     rd = settings(W, H, 256, "whitted");
-    OK(rt_scene_set_camera(s, &c));
-    OK(rt_scene_commit(s, NULL));
-    pinhole = render(s, &rd);
+    OK(rt_scene_set_camera(scene, &c));
+    OK(rt_scene_commit(scene, NULL));
+    pinhole = render(scene, &rd);
     sum_add(&plain, pinhole);
     c.aperture = (float)((REACH + 0.5) * pixel * focus * sqrt(2));
     c.focus_distance = (float)focus;
     c.blades = 4;
     c.blade_rotation_deg = 45;
-    OK(rt_scene_set_camera(s, &c));
-    OK(rt_scene_commit(s, NULL));
-    image = render(s, &rd);
+    OK(rt_scene_set_camera(scene, &c));
+    OK(rt_scene_commit(scene, NULL));
+    image = render(scene, &rd);
     compare(&total, image, "a lens against 169 pinholes", 0.006, 0.001);
     sum_add(&plain, pinhole);
     assert_true(rt_image_width(image) == W);
@@ -264,8 +258,6 @@ static void lens_is_a_sum_of_pinholes(void **state)
     free(plain.value);
     rt_image_destroy(image);
     rt_image_destroy(pinhole);
-    rt_scene_destroy(s);
-    rt_context_destroy(ctx);
 }
 
 static rt_camera_desc camera_at(double t, rt_camera_type type)
@@ -285,8 +277,6 @@ static void moving_camera_is_a_sum_of_stills(void **state)
 {
     enum { W = 48, H = 36, STILLS = 48 };
     static const float shutter[2][2] = {{0, 1}, {0.5f, 0.75f}};
-    rt_context *ctx = make_context(1);
-    rt_scene *s = balls(ctx);
     (void)state;
     for (int k = 0; k < 4; k++) {
         rt_camera_type type = k & 2 ? RT_CAMERA_ORTHOGRAPHIC : RT_CAMERA_PINHOLE;
@@ -297,102 +287,81 @@ static void moving_camera_is_a_sum_of_stills(void **state)
         sum total = {0};
         for (int i = 0; i < STILLS; i++) {
             c = camera_at(open[0] + (i + 0.5) / STILLS * (open[1] - open[0]), type);
-            OK(rt_scene_set_camera(s, &c));
-            OK(rt_scene_commit(s, NULL));
-            image = render(s, &rd);
+            OK(rt_scene_set_camera(scene, &c));
+            OK(rt_scene_commit(scene, NULL));
+            image = render(scene, &rd);
             sum_add(&total, image);
             rt_image_destroy(image);
         }
         c = camera_at(0, type);
         c.shutter_open = open[0];
         c.shutter_close = open[1];
-        OK(rt_scene_set_camera(s, &c));
+        OK(rt_scene_set_camera(scene, &c));
         c = camera_at(1, type);
-        OK(rt_scene_set_camera_motion(s, &c));
-        OK(rt_scene_commit(s, NULL));
+        OK(rt_scene_set_camera_motion(scene, &c));
+        OK(rt_scene_commit(scene, NULL));
         rd.samples = 192;
-        image = render(s, &rd);
+        image = render(scene, &rd);
         compare(&total, image, "a moving camera against 48 stills", 0.012, 0.001);
         free(total.value);
         rt_image_destroy(image);
     }
-    rt_scene_destroy(s);
-    rt_context_destroy(ctx);
 }
 
-static void hash_of(rt_scene *s, const char *integrator, char hash[33])
+static void commit_and_hash(const char *integrator, char hash[33])
 {
     rt_render_desc rd = settings(40, 30, 4, integrator);
-    rt_image *image;
-    OK(rt_scene_commit(s, NULL));
-    image = render(s, &rd);
-    rt_image_hash(image, hash);
-    rt_image_destroy(image);
+    OK(rt_scene_commit(scene, NULL));
+    hash_of(&rd, hash);
 }
 
 /* Without an aperture the other numbers of a lens change no bit; nor do they change views of values, which show the middle. */
 static void no_lens_is_a_pinhole(void **state)
 {
-    rt_context *ctx = make_context(1);
-    rt_scene *s = balls(ctx);
     rt_camera_desc c = camera_at(0, RT_CAMERA_PINHOLE), back;
     char plain[33], other[33], depth[33];
     (void)state;
-    OK(rt_scene_set_camera(s, &c));
-    hash_of(s, "whitted", plain);
-    hash_of(s, "depth", depth);
+    OK(rt_scene_set_camera(scene, &c));
+    commit_and_hash("whitted", plain);
+    commit_and_hash("depth", depth);
     c.focus_distance = 3;
     c.blades = 6;
     c.blade_rotation_deg = 20;
     c.shutter_open = 0.25f;
-    OK(rt_scene_set_camera(s, &c));
-    hash_of(s, "whitted", other);
+    OK(rt_scene_set_camera(scene, &c));
+    commit_and_hash("whitted", other);
     assert_string_equal(plain, other);
     c.aperture = 0.1f;
-    OK(rt_scene_set_camera(s, &c));
-    hash_of(s, "whitted", other);
+    OK(rt_scene_set_camera(scene, &c));
+    commit_and_hash("whitted", other);
     assert_string_not_equal(plain, other);
-    hash_of(s, "depth", other);
+    commit_and_hash("depth", other);
     assert_string_equal(depth, other);
     back = rt_camera_desc_default();
-    OK(rt_scene_get_camera(s, &back));
+    OK(rt_scene_get_camera(scene, &back));
     assert_memory_equal(&back, &c, sizeof c);
-    OK(rt_scene_get_camera_motion(s, &back));
+    OK(rt_scene_get_camera_motion(scene, &back));
     assert_memory_equal(&back, &c, sizeof c);
     back.struct_size = 0xdeadbeef; /* whoever never set it gets what version 0.1.0 had */
     back.aperture = -7;
-    OK(rt_scene_get_camera(s, &back));
+    OK(rt_scene_get_camera(scene, &back));
     assert_true(back.struct_size == offsetof(rt_camera_desc, aperture) && back.aperture == -7);
-    rt_scene_destroy(s);
-    rt_context_destroy(ctx);
 }
 
 /* ---- what is refused ---- */
 
-#define REFUSED(call, words)                                                                                                     \
-    do {                                                                                                                         \
-        char text_[512];                                                                                                         \
-        assert_int_equal(call, RT_ERROR_ARGUMENT);                                                                               \
-        rt_context_error(ctx, text_, sizeof text_);                                                                              \
-        if (!strstr(text_, words))                                                                                               \
-            fail_msg("\"%s\" does not say \"%s\"", text_, words);                                                                \
-    } while (0)
-
 static void refusals(void **state)
 {
-    rt_context *ctx = make_context(1);
-    rt_scene *s;
     rt_camera_desc good = camera_at(0, RT_CAMERA_PINHOLE), c = good;
     char before[33], after[33];
     (void)state;
-    OK(rt_scene_create(ctx, &s));
-    OK(rt_scene_set_camera(s, &good));
-    OK(rt_scene_commit(s, NULL));
-    OK(rt_scene_hash(s, before));
+    OK(rt_scene_set_camera(scene, &good));
+    OK(rt_scene_commit(scene, NULL));
+    OK(rt_scene_hash(scene, before));
 #define WITH(field, value, words)                                                                                                \
     c = good;                                                                                                                    \
     c.field = (value);                                                                                                           \
-    REFUSED(rt_scene_set_camera(s, &c), words)
+    KIT_REFUSED(ctx, rt_scene_set_camera(scene, &c), words)
     WITH(aperture, NAN, "aperture is nan");
     WITH(aperture, -1, "aperture is -1");
     WITH(aperture, INFINITY, "aperture is inf");
@@ -407,40 +376,38 @@ static void refusals(void **state)
     c = good;
     c.shutter_open = 0.5f;
     c.shutter_close = 0.25f;
-    REFUSED(rt_scene_set_camera(s, &c), "opens at 0.5 and closes at 0.25; they must be times from 0 to 1, in this order");
+    KIT_REFUSED(ctx, rt_scene_set_camera(scene, &c),
+                "opens at 0.5 and closes at 0.25; they must be times from 0 to 1, in this order");
     c = good;
     c.type = RT_CAMERA_ORTHOGRAPHIC;
-    REFUSED(rt_scene_set_camera_motion(s, &c), "type is not the camera's");
+    KIT_REFUSED(ctx, rt_scene_set_camera_motion(scene, &c), "type is not the camera's");
     c = good; /* looks back: half-way it looks nowhere */
     c.look_at = v3(2 * c.eye.x - c.look_at.x, 2 * c.eye.y - c.look_at.y, 2 * c.eye.z - c.look_at.z);
-    REFUSED(rt_scene_set_camera_motion(s, &c), "eye and look_at meet");
+    KIT_REFUSED(ctx, rt_scene_set_camera_motion(scene, &c), "eye and look_at meet");
     c = good; /* stands on its head: half-way it has no up */
     c.up = v3(0, -1, 0);
-    REFUSED(rt_scene_set_camera_motion(s, &c), "it looks along its up");
+    KIT_REFUSED(ctx, rt_scene_set_camera_motion(scene, &c), "it looks along its up");
     c = good;
     c.eye.x = NAN;
-    REFUSED(rt_scene_set_camera_motion(s, &c), "eye is (nan");
-    OK(rt_scene_commit(s, NULL));
-    OK(rt_scene_hash(s, after));
+    KIT_REFUSED(ctx, rt_scene_set_camera_motion(scene, &c), "eye is (nan");
+    OK(rt_scene_commit(scene, NULL));
+    OK(rt_scene_hash(scene, after));
     assert_string_equal(before, after);
     c = camera_at(1, RT_CAMERA_PINHOLE);
-    OK(rt_scene_set_camera_motion(s, &c));
-    OK(rt_scene_commit(s, NULL));
-    OK(rt_scene_hash(s, after));
+    OK(rt_scene_set_camera_motion(scene, &c));
+    OK(rt_scene_commit(scene, NULL));
+    OK(rt_scene_hash(scene, after));
     assert_string_not_equal(before, after);
-    OK(rt_scene_set_camera_motion(s, NULL));
-    OK(rt_scene_commit(s, NULL));
-    OK(rt_scene_hash(s, after));
+    OK(rt_scene_set_camera_motion(scene, NULL));
+    OK(rt_scene_commit(scene, NULL));
+    OK(rt_scene_hash(scene, after));
     assert_string_equal(before, after);
-    rt_scene_destroy(s);
-    rt_context_destroy(ctx);
 }
 
 /* A saved camera renders the same bits and describes itself. */
 static void saved(void **state)
 {
-    rt_context *ctx = make_context(1);
-    rt_scene *s = balls(ctx), *again;
+    rt_scene *again;
     rt_camera_desc c = camera_at(0, RT_CAMERA_PINHOLE), d = camera_at(1, RT_CAMERA_PINHOLE), got = c;
     char here[33], there[33], path[] = "test_camera.rts";
     rt_render_desc rd = settings(40, 30, 4, "whitted");
@@ -450,10 +417,10 @@ static void saved(void **state)
     d.aperture = 0.1f;
     c.blades = 5;
     c.shutter_close = 0.75f;
-    OK(rt_scene_set_camera(s, &c));
-    OK(rt_scene_set_camera_motion(s, &d));
-    hash_of(s, "whitted", here);
-    OK(rt_scene_save(s, path));
+    OK(rt_scene_set_camera(scene, &c));
+    OK(rt_scene_set_camera_motion(scene, &d));
+    commit_and_hash("whitted", here);
+    OK(rt_scene_save(scene, path));
     OK(rt_scene_load(ctx, path, &again));
     image = render(again, &rd);
     rt_image_hash(image, there);
@@ -465,22 +432,27 @@ static void saved(void **state)
     assert_true(got.aperture == 0.1f && got.eye.x == d.eye.x && fabsf(got.look_at.z - d.look_at.z) < 1e-6f);
     remove(path);
     rt_image_destroy(image);
-    rt_scene_destroy(s);
     rt_scene_destroy(again);
-    rt_context_destroy(ctx);
 }
 
+static int setup_empty(void **state)
+{
+    (void)state;
+    return stage(1);
+}
+
+#define T(name, setup) cmocka_unit_test_setup_teardown(name, setup, teardown)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lens_shapes),
-        cmocka_unit_test(circle_of_confusion),
-        cmocka_unit_test(blades),
-        cmocka_unit_test(lens_is_a_sum_of_pinholes),
-        cmocka_unit_test(moving_camera_is_a_sum_of_stills),
-        cmocka_unit_test(no_lens_is_a_pinhole),
-        cmocka_unit_test(refusals),
-        cmocka_unit_test(saved),
+        T(circle_of_confusion, setup_empty),
+        T(blades, setup_empty),
+        T(lens_is_a_sum_of_pinholes, setup_balls),
+        T(moving_camera_is_a_sum_of_stills, setup_balls),
+        T(no_lens_is_a_pinhole, setup_balls),
+        T(refusals, setup_empty),
+        T(saved, setup_balls),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -48,14 +48,6 @@ static int teardown(void **state)
     return 0;
 }
 
-static void says(const char *words)
-{
-    char text[512];
-    rt_context_error(ctx, text, sizeof text);
-    if (!strstr(text, words))
-        fail_msg("\"%s\" does not say \"%s\"", text, words);
-}
-
 typedef struct outcome {
     char hash[33];
     rt_render_stats stats;
@@ -265,8 +257,8 @@ static void refused(rt_scene *s, const rt_render_desc *d, rt_status status, cons
     rt_job *job = (rt_job *)8;
     assert_int_equal(rt_job_start(s, d, &job), status);
     assert_null(job);
-    says(words);
-    says(path);
+    kit_says(ctx, words);
+    kit_says(ctx, path);
 }
 
 static void test_refused(void **state)
@@ -291,14 +283,14 @@ static void test_refused(void **state)
     refused(scene, &other, RT_ERROR_STATE, "max_depth");
     other = d, other.checkpoint_every = -1;
     assert_int_equal(rt_job_start(scene, &other, &(rt_job *){0}), RT_ERROR_ARGUMENT);
-    says("checkpoint_every");
+    kit_says(ctx, "checkpoint_every");
     other = d, other.checkpoint = "";
     assert_int_equal(rt_job_start(scene, &other, &(rt_job *){0}), RT_ERROR_ARGUMENT);
     other = d, other.checkpoint = folder;
     assert_int_equal(rt_job_start(scene, &other, &(rt_job *){0}), RT_ERROR_IO);
     other = d, other.checkpoint = "/no/such/folder/state";
     assert_int_equal(rt_job_start(scene, &other, &(rt_job *){0}), RT_ERROR_IO);
-    says("no such file or folder");
+    kit_says(ctx, "no such file or folder");
     other = d, other.tile = 64, other.tracer = "octree"; /* of no matter */
     rt_job *job;
     OK(rt_job_start(scene, &other, &job));
@@ -471,7 +463,7 @@ static void test_bands(void **state)
     assert_int_equal(rt_render_to_file(scene, &d, image, NULL, 50 * 16 * 16, stop_at, &s0), RT_ERROR_CANCELLED);
     d.samples = 65;
     assert_int_equal(rt_render_to_file(scene, &d, image, NULL, 0, NULL, NULL), RT_ERROR_STATE);
-    says("samples is 64 there and 65 here");
+    kit_says(ctx, "samples is 64 there and 65 here");
     d.samples = 64;
     long size;
     unsigned char *bytes = slurp(&size); /* a band that was being written is made again */
@@ -486,7 +478,7 @@ static void test_bands(void **state)
     assert_int_not_equal(access(inner, F_OK), 0);
     spill(bytes, size);
     assert_int_equal(rt_render_to_file(scene, &d, image, NULL, 0, NULL, NULL), RT_ERROR_FORMAT);
-    says("damaged");
+    kit_says(ctx, "damaged");
     free(bytes);
     unlink(image);
 }

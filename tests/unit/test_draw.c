@@ -1,38 +1,16 @@
 /* Drawing into images: resampling against plain sums, clipping, the font's table, UTF-8. */
+#include "../support/fixture.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <string.h>
-#include <cmocka.h>
 
 #include "librt/draw.h"
 #include "render/font.h"
 #include "render/image.h"
-#include "../support/fixture.h"
-
-static rt_context *ctx;
-
-static int setup(void **state)
-{
-    (void)state;
-    return rt_context_create(NULL, &ctx) == RT_OK ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    uint64_t now = 1;
-    (void)state;
-    rt_context_memory(ctx, &now, NULL);
-    rt_context_destroy(ctx);
-    return now == 0 ? 0 : -1; /* nothing is left */
-}
 
 static rt_image *make(uint32_t w, uint32_t h)
 {
     rt_image *image = NULL;
-    assert_int_equal(rt_image_create(ctx, w, h, &image), RT_OK);
+    assert_int_equal(rt_image_create(test.ctx, w, h, &image), RT_OK);
     return image;
 }
 
@@ -148,7 +126,7 @@ static void test_refused(void **state)
     assert_int_equal(rt_image_resample(image, 0, 2, RT_RESAMPLE_AUTO, &out), RT_ERROR_ARGUMENT);
     assert_null(out);
     assert_int_equal(rt_image_resample(image, 2, 2, (rt_resample)9, &out), RT_ERROR_ARGUMENT);
-    rt_context_error(ctx, text, sizeof text);
+    rt_context_error(test.ctx, text, sizeof text);
     assert_non_null(strstr(text, "filter is 9"));
     assert_int_equal(rt_image_resample(image, 1, 2, RT_RESAMPLE_AUTO, NULL), RT_ERROR_ARGUMENT);
     assert_int_equal(rt_image_place(image, image, 0, 0), RT_ERROR_ARGUMENT);
@@ -275,5 +253,5 @@ int main(void)
         cmocka_unit_test(test_labels),
         cmocka_unit_test(test_utf8),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, test_setup, test_teardown);
 }

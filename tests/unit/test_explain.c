@@ -4,7 +4,6 @@
 
 #include "librt/explain.h"
 #include "render_scenes.h"
-#include "scene_kit.h"
 
 typedef struct told {
     rt_explained_ray *rays;

@@ -10,22 +10,6 @@
 #include "render/power.h"
 #include "scene/import/srgb.h"
 
-static test_fixture t;
-
-static int setup(void **state)
-{
-    (void)state;
-    test_begin(&t, 0);
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    test_end(&t);
-    return 0;
-}
-
 /* ---- the paper, by hand ---- */
 
 #define PI 3.14159265358979323846
@@ -160,7 +144,7 @@ typedef void (*color_fn)(uint32_t x, uint32_t y, double rgb[3]);
 static rt_image *make(uint32_t width, uint32_t height, color_fn color)
 {
     rt_image *image;
-    assert_int_equal(rt_image_create(t.ctx, width, height, &image), RT_OK);
+    assert_int_equal(rt_image_create(test.ctx, width, height, &image), RT_OK);
     float *p = rt_image_pixels(image);
     for (uint32_t i = 0; i < width * height; i++, p += 4) {
         double c[3];
@@ -332,17 +316,17 @@ static void test_refused(void **state)
     (void)state;
     assert_int_equal(rt_image_flip(a, b, 0, &d, &map), RT_ERROR_ARGUMENT);
     assert_null(map);
-    test_says(&t, "3 x 2 and 2 x 3");
+    test_says(&test, "3 x 2 and 2 x 3");
     for (int i = 0; i < 4; i++) {
         assert_int_equal(rt_image_flip(a, a, (double[]){-1, 0.5, 1001, NAN}[i], &d, &map), RT_ERROR_ARGUMENT);
-        test_says(&t, "1 ... 1000");
+        test_says(&test, "1 ... 1000");
     }
-    for (t.fail_at = 1; t.fail_at < 10; t.fail_at++) { /* image and its pixels, seven buffers */
-        t.calls = 0;
+    for (test.fail_at = 1; test.fail_at < 10; test.fail_at++) { /* image and its pixels, seven buffers */
+        test.calls = 0;
         assert_int_equal(rt_image_flip(a, a, 0, &d, &map), RT_ERROR_MEMORY);
         assert_null(map);
     }
-    t.fail_at = 0;
+    test.fail_at = 0;
     rt_image_destroy(a);
     rt_image_destroy(b);
 }
@@ -381,7 +365,7 @@ static void test_color_maps(void **state)
     }
     rt_image_destroy(map);
     assert_int_equal(rt_image_color_map(n, RT_COLOR_MAP_VIRIDIS, 1, 1, &map), RT_ERROR_ARGUMENT);
-    test_says(&t, "low must be below high");
+    test_says(&test, "low must be below high");
     assert_null(map);
     rt_image_destroy(n);
 }
@@ -389,12 +373,12 @@ static void test_color_maps(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_powers, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_closed_forms, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_against_hand, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_odd_values, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_refused, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_color_maps, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_powers, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_closed_forms, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_against_hand, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_odd_values, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_refused, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_color_maps, test_setup, test_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,17 +6,6 @@
 
 #include "scene/snapshot.h"
 
-/* The same numbers everywhere. */
-typedef struct test_rng {
-    uint32_t state;
-} test_rng;
-
-static float test_unit(test_rng *r)
-{
-    r->state = r->state * 1664525u + 1013904223u;
-    return (float)(r->state >> 8) / 16777216.0f;
-}
-
 enum { RINGS = 24, SIDES = 32, BALL_TRIANGLES = 2 * SIDES * (RINGS - 1), BALL_VERTICES = SIDES * (RINGS - 1) + 2, RAYS = 3000 };
 
 /* A closed ball of triangles, counted from `vertex`. */
@@ -88,14 +77,14 @@ static rtk_group group_of(const rt_scene *scene, uint32_t index)
 }
 
 /* Rays at the small thing and at the large one: from near, from far, along the floor, from the surfaces. */
-static rt_ray make_ray(test_rng *rng, uint32_t kind)
+static rt_ray make_ray(uint32_t *rng, uint32_t kind)
 {
     static const float reach[] = {0.3f, 3.0f, 200.0f, 3000.0f, 0.1f};
     float r = reach[kind % 5], o[3], t[3];
     for (int k = 0; k < 3; k++) {
-        o[k] = r * (2.0f * test_unit(rng) - 1.0f);
+        o[k] = r * (2.0f * kit_unit(rng) - 1.0f);
         float wide = kind / 5 % 2 ? 0.02f : 0.5f * r; /* at the ball, or anywhere */
-        t[k] = (k == 0 ? 0.05f : 0.0f) + wide * (2.0f * test_unit(rng) - 1.0f);
+        t[k] = (k == 0 ? 0.05f : 0.0f) + wide * (2.0f * kit_unit(rng) - 1.0f);
     }
     if (kind % 7 == 0)
         o[1] = -0.1f; /* starts on the floor */
@@ -119,7 +108,7 @@ static uint32_t same_for_all(rt_scene *scene, uint32_t geom)
     static rt_ray rays[RAYS];
     static rt_hit hits[RAYS], other[RAYS];
     static uint8_t occluded[RAYS], occluded_other[RAYS];
-    test_rng rng = {77};
+    uint32_t rng = 77;
     uint32_t found = 0;
     for (uint32_t i = 0; i < RAYS; i++)
         rays[i] = make_ray(&rng, i);
@@ -202,11 +191,11 @@ static void test_shapes_and_instances(void **state)
     rt_context *ctx = kit_context(NULL, 2);
     rt_scene *child = kit_scene(ctx), *scene = kit_scene(ctx);
     rt_instance_desc place = rt_instance_desc_default();
-    test_rng rng = {5};
+    uint32_t rng = 5;
     (void)state;
     kit_sphere(child, 0, -2000.1f, 0, 2000.0f);
     for (int i = 0; i < 400; i++)
-        kit_sphere(child, 0.2f * test_unit(&rng) - 0.1f, 0.2f * test_unit(&rng) - 0.1f, 0.2f * test_unit(&rng) - 0.1f, 0.004f);
+        kit_sphere(child, 0.2f * kit_unit(&rng) - 0.1f, 0.2f * kit_unit(&rng) - 0.1f, 0.2f * kit_unit(&rng) - 0.1f, 0.004f);
     add_ball(child, (rt_vec3){0, 0, 0.02f}, 0.05f);
     assert_true(same_for_all(child, 401) > RAYS / 100);
     assert_int_equal(group_of(child, 0).part_count, 2);
@@ -310,7 +299,7 @@ static void test_saved(void **state)
     rt_context *ctx = kit_context(NULL, 1);
     rt_scene *scene = kit_scene(ctx), *loaded = NULL;
     char a[33], b[33];
-    test_rng rng = {9};
+    uint32_t rng = 9;
     (void)state;
     add_both(scene, 5000.0f);
     commit(scene, "kdtree,octree,bvh");

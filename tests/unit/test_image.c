@@ -1,36 +1,15 @@
 /* Images: sizes, text entries, hash, comparison. */
+#include "../support/fixture.h"
+
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <string.h>
-#include <cmocka.h>
 
 #include "librt/image.h"
 #include "render/image.h"
 
-static rt_context *ctx;
-
-static int setup(void **state)
-{
-    (void)state;
-    return rt_context_create(NULL, &ctx) == RT_OK ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    uint64_t now = 1;
-    (void)state;
-    rt_context_memory(ctx, &now, NULL);
-    rt_context_destroy(ctx);
-    return now == 0 ? 0 : -1; /* every image was freed */
-}
-
 static rt_image *make(uint32_t w, uint32_t h)
 {
     rt_image *image = NULL;
-    assert_int_equal(rt_image_create(ctx, w, h, &image), RT_OK);
+    assert_int_equal(rt_image_create(test.ctx, w, h, &image), RT_OK);
     assert_non_null(image);
     return image;
 }
@@ -51,9 +30,9 @@ static void refuse(uint32_t w, uint32_t h, rt_status status, const char *word)
 {
     rt_image *image = (rt_image *)8;
     char text[512];
-    assert_int_equal(rt_image_create(ctx, w, h, &image), status);
+    assert_int_equal(rt_image_create(test.ctx, w, h, &image), status);
     assert_null(image);
-    assert_true(rt_context_error(ctx, text, sizeof text) > 0);
+    assert_true(rt_context_error(test.ctx, text, sizeof text) > 0);
     assert_non_null(strstr(text, word));
 }
 
@@ -113,7 +92,7 @@ static void test_hash_ignores_padding(void **state)
     (void)state;
     for (int i = 0; i < 32; i++)
         buffer[i] = 7.0f;
-    assert_int_equal(rti_image_wrap(ctx, 3, 2, buffer, 16 * sizeof(float), &wrapped), RT_OK);
+    assert_int_equal(rti_image_wrap(test.ctx, 3, 2, buffer, 16 * sizeof(float), &wrapped), RT_OK);
     assert_true(buffer[0] == 0.0f && buffer[27] == 0.0f && buffer[12] == 7.0f && buffer[28] == 7.0f);
     for (int i = 0; i < 12; i++) {
         rti_image_row(wrapped, 1)[i] = (float)i;
@@ -148,7 +127,7 @@ static void test_compare(void **state)
     rt_image_destroy(map);
     assert_int_equal(rt_image_compare(a, c, &d, &map), RT_ERROR_ARGUMENT);
     assert_null(map);
-    rt_context_error(ctx, text, sizeof text);
+    rt_context_error(test.ctx, text, sizeof text);
     assert_non_null(strstr(text, "8 x 4"));
     rt_image_destroy(a);
     rt_image_destroy(b);
@@ -184,5 +163,5 @@ int main(void)
         cmocka_unit_test(test_compare),
         cmocka_unit_test(test_compare_eight_bit),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, test_setup, test_teardown);
 }

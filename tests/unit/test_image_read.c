@@ -9,29 +9,13 @@
 #include "render/save_formats.h"
 #include "scene/import/image_read.h"
 
-static test_fixture t;
-
-static int setup(void **state)
-{
-    (void)state;
-    test_begin(&t, 0);
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    test_end(&t);
-    return 0;
-}
-
 static rt_status decode(const void *bytes, size_t size, rti_pixels *out)
 {
     /* at the end of a block of its own, so that a sanitizer sees a read behind it */
     unsigned char *exact = malloc(size ? size : 1);
     assert_non_null(exact);
     memcpy(exact, bytes, size);
-    rt_status status = rti_image_decode(t.ctx, "image", exact, size, out);
+    rt_status status = rti_image_decode(test.ctx, "image", exact, size, out);
     free(exact);
     assert_true(status == RT_OK ? out->data != NULL : out->data == NULL && out->size == 0);
     return status;
@@ -42,8 +26,8 @@ static void refuse(const void *bytes, size_t size, rt_status expected, const cha
     rti_pixels p;
     rt_status status = decode(bytes, size, &p);
     if (status != expected)
-        fail_msg("%s, not %s: %s", rt_status_name(status), rt_status_name(expected), test_error(&t));
-    test_says(&t, words);
+        fail_msg("%s, not %s: %s", rt_status_name(status), rt_status_name(expected), test_error(&test));
+    test_says(&test, words);
 }
 
 static unsigned char *made(const rti_save_format *format, uint32_t width, uint32_t height, uint32_t bits, bool alpha,
@@ -54,8 +38,8 @@ static unsigned char *made(const rti_save_format *format, uint32_t width, uint32
     rt_save_desc d = rt_save_desc_default();
     d.bits = bits;
     d.alpha = alpha;
-    const char *path = test_path(&t, "made");
-    assert_int_equal(rti_rows_open_as(t.ctx, format, path, width, height, &d, NULL, 0, &w), RT_OK);
+    const char *path = test_path(&test, "made");
+    assert_int_equal(rti_rows_open_as(test.ctx, format, path, width, height, &d, NULL, 0, &w), RT_OK);
     for (uint32_t y = 0; y < height; y++) {
         for (uint32_t i = 0; i < 4 * width; i++)
             row[i] = (float)((i * 7 + y * 13) % 31) / 31.0f;
@@ -92,7 +76,7 @@ static void test_cut_everywhere(void **state)
         if (!status) {
             assert_int_equal(p.width, 11);
             assert_int_equal(p.height, 5);
-            rti_free(t.ctx, p.data, p.size);
+            rti_free(test.ctx, p.data, p.size);
         }
         free(bytes);
     }
@@ -110,7 +94,7 @@ static void test_gif(void **state)
     if (whole == RT_OK) {
         assert_int_equal(p.width, 2);
         assert_int_equal(p.height, 2);
-        rti_free(t.ctx, p.data, p.size);
+        rti_free(test.ctx, p.data, p.size);
     }
     for (size_t n = 0; n < sizeof gif; n++)
         assert_int_equal(decode(gif, n, &p), RT_ERROR_FORMAT);
@@ -188,7 +172,7 @@ static void expect(const void *bytes, size_t size, uint32_t channels, const uint
     assert_int_equal(decode(bytes, size, &p), RT_OK);
     assert_int_equal(p.channels, channels);
     assert_memory_equal(p.data, want, p.size);
-    rti_free(t.ctx, p.data, p.size);
+    rti_free(test.ctx, p.data, p.size);
 }
 
 static void test_bmp_kinds(void **state)
@@ -274,7 +258,7 @@ static void hdr_row(const char *size, const uint8_t *data, size_t n, const float
     assert_int_equal(decode(text, (size_t)head + n, &p), RT_OK);
     assert_true(p.is_float && p.channels == 3);
     assert_memory_equal(p.data, want, floats * sizeof(float));
-    rti_free(t.ctx, p.data, p.size);
+    rti_free(test.ctx, p.data, p.size);
 }
 
 static void test_hdr_kinds(void **state)
@@ -320,16 +304,16 @@ static void test_paths(void **state)
     static const char *const names[] = {"with space.tga", "caf\xc3\xa9.tga", "bad\xff\xfeutf8", "new\nline", "-"};
     (void)state;
     for (size_t i = 0; i < RTI_COUNT(names); i++) {
-        assert_int_equal(rti_image_read(t.ctx, test_file(&t, names[i], bytes, size), &p), RT_OK);
-        rti_free(t.ctx, p.data, p.size);
+        assert_int_equal(rti_image_read(test.ctx, test_file(&test, names[i], bytes, size), &p), RT_OK);
+        rti_free(test.ctx, p.data, p.size);
     }
-    assert_int_equal(rti_image_read(t.ctx, test_path(&t, "missing \xff.png"), &p), RT_ERROR_IO);
-    test_says(&t, "missing \\xff.png");
-    assert_int_equal(mkdir(test_path(&t, "folder.png"), 0777), 0);
-    assert_int_equal(rti_image_read(t.ctx, t.path, &p), RT_ERROR_IO);
-    test_says(&t, "folder");
-    assert_int_equal(rti_image_read(t.ctx, "/dev/zero", &p), RT_ERROR_IO);
-    assert_int_equal(rti_image_read(t.ctx, test_file(&t, "empty.png", "", 0), &p), RT_ERROR_FORMAT);
+    assert_int_equal(rti_image_read(test.ctx, test_path(&test, "missing \xff.png"), &p), RT_ERROR_IO);
+    test_says(&test, "missing \\xff.png");
+    assert_int_equal(mkdir(test_path(&test, "folder.png"), 0777), 0);
+    assert_int_equal(rti_image_read(test.ctx, test.path, &p), RT_ERROR_IO);
+    test_says(&test, "folder");
+    assert_int_equal(rti_image_read(test.ctx, "/dev/zero", &p), RT_ERROR_IO);
+    assert_int_equal(rti_image_read(test.ctx, test_file(&test, "empty.png", "", 0), &p), RT_ERROR_FORMAT);
     free(bytes);
 }
 
@@ -359,15 +343,15 @@ static void test_no_memory(void **state)
         unsigned char *bytes = made(formats[k], 21, 9, 8, false, &size);
         rt_status status;
         do {
-            t.calls = 0;
-            t.fail_at = ++n;
+            test.calls = 0;
+            test.fail_at = ++n;
             status = decode(bytes, size, &p);
             if (!status)
-                rti_free(t.ctx, p.data, p.size);
+                rti_free(test.ctx, p.data, p.size);
             else if (status != RT_ERROR_MEMORY && status != RT_ERROR_UNSUPPORTED)
-                fail_msg("%s, allocation %zu: %s", formats[k]->name, n, test_error(&t));
+                fail_msg("%s, allocation %zu: %s", formats[k]->name, n, test_error(&test));
         } while (status == RT_ERROR_MEMORY);
-        t.fail_at = 0;
+        test.fail_at = 0;
         free(bytes);
     }
 }
@@ -375,19 +359,19 @@ static void test_no_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_cut_everywhere, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_gif, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_huge, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_no_pixels, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_memory_limit, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_bmp_kinds, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_tga_kinds, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_hdr_kinds, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_damaged_png, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_not_an_image, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_paths, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_german_locale, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_no_memory, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_cut_everywhere, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_gif, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_huge, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_no_pixels, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_memory_limit, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_bmp_kinds, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_tga_kinds, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_hdr_kinds, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_damaged_png, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_not_an_image, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_paths, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_german_locale, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_no_memory, test_setup, test_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

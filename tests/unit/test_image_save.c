@@ -13,26 +13,10 @@
 #include "kernel/srgb.h"
 #include "scene/import/srgb.h"
 
-static test_fixture t;
-
-static int setup(void **state)
-{
-    (void)state;
-    test_begin(&t, 0);
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    test_end(&t);
-    return 0;
-}
-
 static rt_image *picture(uint32_t width, uint32_t height)
 {
     rt_image *image;
-    assert_int_equal(rt_image_create(t.ctx, width, height, &image), RT_OK);
+    assert_int_equal(rt_image_create(test.ctx, width, height, &image), RT_OK);
     float *p = rt_image_pixels(image);
     for (size_t i = 0; i < 4 * (size_t)width * height; i++)
         p[i] = (float)rti_srgb_decode((double)(i * 37 % 256) / 255.0);
@@ -44,7 +28,8 @@ static rt_image *picture(uint32_t width, uint32_t height)
 static rt_status save_as(const rt_image *image, const rti_save_format *format, const char *path, const rt_save_desc *d)
 {
     rti_row_writer *w;
-    rt_status status = rti_rows_open_as(t.ctx, format, path, image->width, image->height, d, image->texts, image->text_count, &w);
+    rt_status status =
+        rti_rows_open_as(test.ctx, format, path, image->width, image->height, d, image->texts, image->text_count, &w);
     for (uint32_t y = 0; y < image->height && !status; y++)
         status = rti_rows_write(w, rti_image_row(image, y), 1);
     rt_status closed = w ? rti_rows_close(w, !status) : RT_OK;
@@ -59,9 +44,9 @@ static double round_trip(const rti_save_format *format, uint32_t width, uint32_t
     double worst = 0;
     d.bits = bits;
     d.alpha = alpha;
-    assert_int_equal(save_as(image, format, test_path(&t, "round"), &d), RT_OK);
-    if (rt_image_load(t.ctx, t.path, &back) != RT_OK)
-        fail_msg("%s %u x %u: %s", format->name, (unsigned)width, (unsigned)height, test_error(&t));
+    assert_int_equal(save_as(image, format, test_path(&test, "round"), &d), RT_OK);
+    if (rt_image_load(test.ctx, test.path, &back) != RT_OK)
+        fail_msg("%s %u x %u: %s", format->name, (unsigned)width, (unsigned)height, test_error(&test));
     assert_int_equal(rt_image_width(back), width);
     assert_int_equal(rt_image_height(back), height);
     for (size_t i = 0; i < 4 * (size_t)width * height; i++) {
@@ -102,12 +87,12 @@ static void test_jpeg(void **state)
     rt_image *image, *back;
     rt_image_difference difference;
     (void)state;
-    assert_int_equal(rt_image_create(t.ctx, 40, 30, &image), RT_OK);
+    assert_int_equal(rt_image_create(test.ctx, 40, 30, &image), RT_OK);
     for (uint32_t y = 0; y < 30; y++)
         for (uint32_t x = 0; x < 40; x++)
             rti_image_row(image, y)[4 * x + 1] = (float)x / 40.0f;
-    assert_int_equal(rt_image_save(image, test_path(&t, "a.JPG"), NULL), RT_OK);
-    assert_int_equal(rt_image_load(t.ctx, t.path, &back), RT_OK);
+    assert_int_equal(rt_image_save(image, test_path(&test, "a.JPG"), NULL), RT_OK);
+    assert_int_equal(rt_image_load(test.ctx, test.path, &back), RT_OK);
     assert_int_equal(rt_image_compare(image, back, &difference, NULL), RT_OK);
     assert_true(difference.psnr > 35);
     rt_image_destroy(image);
@@ -123,11 +108,11 @@ static void test_hdr_range(void **state)
         {1e30f, 1, 1}, {255.6f, 1, 1},   {511.5f, 511.9f, 0}, {-1, 2, NAN},      {INFINITY, 1, 1}};
     rt_image *image, *back;
     (void)state;
-    assert_int_equal(rt_image_create(t.ctx, RTI_COUNT(values), 1, &image), RT_OK);
+    assert_int_equal(rt_image_create(test.ctx, RTI_COUNT(values), 1, &image), RT_OK);
     for (size_t i = 0; i < RTI_COUNT(values); i++)
         memcpy(image->pixels + 4 * i, values[i], sizeof values[i]);
-    assert_int_equal(rt_image_save(image, test_path(&t, "a.hdr"), NULL), RT_OK);
-    assert_int_equal(rt_image_load(t.ctx, t.path, &back), RT_OK);
+    assert_int_equal(rt_image_save(image, test_path(&test, "a.hdr"), NULL), RT_OK);
+    assert_int_equal(rt_image_load(test.ctx, test.path, &back), RT_OK);
     for (size_t i = 0; i + 2 < RTI_COUNT(values); i++) {
         float most = fmaxf(values[i][0], fmaxf(values[i][1], values[i][2]));
         for (size_t c = 0; c < 3; c++)
@@ -173,11 +158,11 @@ static uint8_t saved_byte(float value, float exposure, rt_tone tone)
     size_t size;
     d.exposure = exposure;
     d.tone = tone;
-    assert_int_equal(rt_image_create(t.ctx, 1, 1, &image), RT_OK);
+    assert_int_equal(rt_image_create(test.ctx, 1, 1, &image), RT_OK);
     image->pixels[0] = image->pixels[1] = image->pixels[2] = value;
-    assert_int_equal(rt_image_save(image, test_path(&t, "one.tga"), &d), RT_OK);
+    assert_int_equal(rt_image_save(image, test_path(&test, "one.tga"), &d), RT_OK);
     rt_image_destroy(image);
-    unsigned char *bytes = test_slurp(t.path, &size);
+    unsigned char *bytes = test_slurp(test.path, &size);
     uint8_t got = bytes[18];
     free(bytes);
     return got;
@@ -214,8 +199,8 @@ static void test_texts(void **state)
 #else
             const rti_save_format *format = &rti_save_png_plain;
 #endif
-            assert_int_equal(save_as(image, format, test_path(&t, "texts.png"), &d), RT_OK);
-            unsigned char *bytes = test_slurp(t.path, &size);
+            assert_int_equal(save_as(image, format, test_path(&test, "texts.png"), &d), RT_OK);
+            unsigned char *bytes = test_slurp(test.path, &size);
             int found = 0;
             for (size_t i = 0; i + 16 < size; i++)
                 found += memcmp(bytes + i, "Scene\0", 6) == 0 || memcmp(bytes + i, "M\xc3\xbcller", 7) == 0;
@@ -233,13 +218,13 @@ static void test_same_bytes(void **state)
     (void)state;
     for (size_t i = 0; i < RTI_COUNT(names); i++) {
         size_t size[2];
-        rt_status status = rt_image_save(image, test_path(&t, names[i]), NULL);
+        rt_status status = rt_image_save(image, test_path(&test, names[i]), NULL);
         if (status == RT_ERROR_UNSUPPORTED)
             continue;
         assert_int_equal(status, RT_OK);
-        unsigned char *first = test_slurp(t.path, &size[0]);
-        assert_int_equal(rt_image_save(image, t.path, NULL), RT_OK);
-        unsigned char *second = test_slurp(t.path, &size[1]);
+        unsigned char *first = test_slurp(test.path, &size[0]);
+        assert_int_equal(rt_image_save(image, test.path, NULL), RT_OK);
+        unsigned char *second = test_slurp(test.path, &size[1]);
         assert_int_equal(size[0], size[1]);
         assert_memory_equal(first, second, size[0]);
         free(first);
@@ -251,7 +236,7 @@ static void test_same_bytes(void **state)
 static void refuse(const rt_image *image, const char *path, rt_save_desc d, rt_status expected, const char *words)
 {
     assert_int_equal(rt_image_save(image, path, &d), expected);
-    test_says(&t, words);
+    test_says(&test, words);
 }
 
 static void test_refused(void **state)
@@ -259,23 +244,23 @@ static void test_refused(void **state)
     rt_image *image = picture(4, 4);
     rt_save_desc d = rt_save_desc_default(), bad;
     (void)state;
-    refuse(image, test_path(&t, "a.pgn"), d, RT_ERROR_UNSUPPORTED, "did you mean 'png'");
-    refuse(image, test_path(&t, "noending"), d, RT_ERROR_UNSUPPORTED, "no ending");
+    refuse(image, test_path(&test, "a.pgn"), d, RT_ERROR_UNSUPPORTED, "did you mean 'png'");
+    refuse(image, test_path(&test, "noending"), d, RT_ERROR_UNSUPPORTED, "no ending");
     refuse(image, "-", d, RT_ERROR_UNSUPPORTED, "no ending");
     refuse(image, "/nowhere at all/a.png", d, RT_ERROR_IO, "no such file or folder");
     bad = d, bad.bits = 12;
-    refuse(image, test_path(&t, "a.png"), bad, RT_ERROR_ARGUMENT, "bits is 12");
+    refuse(image, test_path(&test, "a.png"), bad, RT_ERROR_ARGUMENT, "bits is 12");
     bad = d, bad.bits = 16;
-    refuse(image, test_path(&t, "a.bmp"), bad, RT_ERROR_UNSUPPORTED, "bmp files have 8 bits");
+    refuse(image, test_path(&test, "a.bmp"), bad, RT_ERROR_UNSUPPORTED, "bmp files have 8 bits");
     bad = d, bad.quality = 0;
-    refuse(image, test_path(&t, "a.jpg"), bad, RT_ERROR_ARGUMENT, "quality is 0");
+    refuse(image, test_path(&test, "a.jpg"), bad, RT_ERROR_ARGUMENT, "quality is 0");
     bad = d, bad.exposure = NAN;
-    refuse(image, test_path(&t, "a.png"), bad, RT_ERROR_ARGUMENT, "exposure is nan");
+    refuse(image, test_path(&test, "a.png"), bad, RT_ERROR_ARGUMENT, "exposure is nan");
     bad = d, bad.tone = (rt_tone)9;
-    refuse(image, test_path(&t, "a.png"), bad, RT_ERROR_ARGUMENT, "tone is 9");
+    refuse(image, test_path(&test, "a.png"), bad, RT_ERROR_ARGUMENT, "tone is 9");
     bad = d, bad.struct_size = 0;
-    refuse(image, test_path(&t, "a.png"), bad, RT_ERROR_ARGUMENT, "");
-    assert_int_not_equal(access(test_path(&t, "a.png"), F_OK), 0);
+    refuse(image, test_path(&test, "a.png"), bad, RT_ERROR_ARGUMENT, "");
+    assert_int_not_equal(access(test_path(&test, "a.png"), F_OK), 0);
     rt_image_destroy(image);
 }
 
@@ -292,7 +277,7 @@ static void test_full_disk(void **state)
         if (status == RT_ERROR_UNSUPPORTED)
             continue;
         assert_int_equal(status, RT_ERROR_IO);
-        test_says(&t, "the disk is full");
+        test_says(&test, "the disk is full");
     }
     rt_image_destroy(image);
 }
@@ -310,21 +295,21 @@ static void test_no_room_half_way(void **state)
     small.rlim_cur = 2000;
     for (size_t i = 0; i < RTI_COUNT(names); i++) {
         size_t size;
-        test_file(&t, names[i], "old", 3);
+        test_file(&test, names[i], "old", 3);
         setrlimit(RLIMIT_FSIZE, &small);
-        rt_status status = rt_image_save(image, t.path, NULL);
+        rt_status status = rt_image_save(image, test.path, NULL);
         setrlimit(RLIMIT_FSIZE, &before);
         assert_true(status == RT_ERROR_IO || status == RT_ERROR_UNSUPPORTED);
         if (status == RT_ERROR_IO)
-            test_says(&t, "too large");
-        unsigned char *bytes = test_slurp(t.path, &size);
+            test_says(&test, "too large");
+        unsigned char *bytes = test_slurp(test.path, &size);
         assert_int_equal(size, 3);
         assert_memory_equal(bytes, "old", 3);
         free(bytes);
-        assert_int_equal(unlink(t.path), 0);
+        assert_int_equal(unlink(test.path), 0);
     }
     signal(SIGXFSZ, SIG_DFL);
-    assert_int_equal(rmdir(t.folder), 0); /* it is empty */
+    assert_int_equal(rmdir(test.folder), 0); /* it is empty */
     rt_image_destroy(image);
 }
 
@@ -334,15 +319,15 @@ static void test_old_file_stays(void **state)
     float row[4 * 5] = {0};
     size_t size;
     (void)state;
-    const char *path = test_file(&t, "old.png", "old", 3);
+    const char *path = test_file(&test, "old.png", "old", 3);
     for (int reason = 0; reason < 3; reason++) {
-        assert_int_equal(rti_rows_open(t.ctx, path, 5, 4, NULL, NULL, 0, &w), RT_OK);
+        assert_int_equal(rti_rows_open(test.ctx, path, 5, 4, NULL, NULL, 0, &w), RT_OK);
         assert_int_equal(rti_rows_write(w, row, 1), RT_OK);
         if (reason == 0) { /* not wanted */
             assert_int_equal(rti_rows_close(w, false), RT_OK);
         } else if (reason == 1) { /* rows missing */
             assert_int_equal(rti_rows_close(w, true), RT_ERROR_STATE);
-            test_says(&t, "only 1 of the image's 4 rows");
+            test_says(&test, "only 1 of the image's 4 rows");
         } else { /* too many */
             float many[4 * 5 * 4] = {0};
             assert_int_equal(rti_rows_write(w, many, 4), RT_ERROR_STATE);
@@ -362,7 +347,7 @@ static void test_standard_output(void **state)
     (void)state;
     d.format = "bmp";
     fflush(stdout);
-    FILE *f = fopen(test_path(&t, "out"), "wb");
+    FILE *f = fopen(test_path(&test, "out"), "wb");
     assert_non_null(f);
     int kept = dup(1);
     dup2(fileno(f), 1);
@@ -371,7 +356,7 @@ static void test_standard_output(void **state)
     close(kept);
     fclose(f);
     assert_int_equal(status, RT_OK);
-    unsigned char *bytes = test_slurp(t.path, &size);
+    unsigned char *bytes = test_slurp(test.path, &size);
     assert_int_equal(size, 54 + 12 * 2);
     free(bytes);
     rt_image_destroy(image);
@@ -390,21 +375,21 @@ static void test_no_memory(void **state)
     rt_image *image = picture(9, 9);
     (void)state;
     rt_image_set_text(image, "Title", "x");
-    test_path(&t, "a");
+    test_path(&test, "a");
     for (size_t k = 0; k < RTI_COUNT(formats); k++) {
         rt_status status;
         size_t n = 0;
         do {
-            t.calls = 0;
-            t.fail_at = ++n;
-            status = save_as(image, formats[k], t.path, NULL);
+            test.calls = 0;
+            test.fail_at = ++n;
+            status = save_as(image, formats[k], test.path, NULL);
             if (status && status != RT_ERROR_MEMORY)
-                fail_msg("%s, allocation %zu: %s", formats[k]->name, n, test_error(&t));
-            assert_true(status == RT_OK || access(t.path, F_OK) != 0);
+                fail_msg("%s, allocation %zu: %s", formats[k]->name, n, test_error(&test));
+            assert_true(status == RT_OK || access(test.path, F_OK) != 0);
         } while (status);
-        t.fail_at = 0;
+        test.fail_at = 0;
         assert_true(n > 3);
-        unlink(t.path);
+        unlink(test.path);
     }
     rt_image_destroy(image);
 }
@@ -412,21 +397,21 @@ static void test_no_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_round_trips, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_round_trips, test_setup, test_teardown),
 #ifdef RTI_HAVE_STB
-        cmocka_unit_test_setup_teardown(test_jpeg, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_jpeg, test_setup, test_teardown),
 #endif
-        cmocka_unit_test_setup_teardown(test_hdr_range, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_srgb_exact, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_exposure_and_tone, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_texts, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_same_bytes, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_refused, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_full_disk, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_no_room_half_way, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_old_file_stays, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_standard_output, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_no_memory, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_hdr_range, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_srgb_exact, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_exposure_and_tone, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_texts, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_same_bytes, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_refused, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_full_disk, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_no_room_half_way, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_old_file_stays, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_standard_output, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_no_memory, test_setup, test_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -7,22 +7,6 @@
 #include "librt/image.h"
 #include "render/image_text.h"
 
-static test_fixture t;
-
-static int setup(void **state)
-{
-    (void)state;
-    test_begin(&t, 0);
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    test_end(&t);
-    return 0;
-}
-
 typedef struct entries {
     uint32_t count, stop_after;
     char keys[16][80];
@@ -58,7 +42,7 @@ static const char *value_of(const entries *e, const char *key)
 static rt_image *black(uint32_t width, uint32_t height)
 {
     rt_image *image;
-    assert_int_equal(rt_image_create(t.ctx, width, height, &image), RT_OK);
+    assert_int_equal(rt_image_create(test.ctx, width, height, &image), RT_OK);
     return image;
 }
 
@@ -87,9 +71,9 @@ static void test_round_trip(void **state)
     }
     assert_int_equal(rt_image_set_text(image, "Script", large), RT_OK);
     for (uint32_t f = 0; f < 2; f++) {
-        assert_int_equal(rt_image_save(image, test_path(&t, names[f]), NULL), RT_OK);
-        if (rt_image_read_texts(t.ctx, t.path, keep, &e) != RT_OK)
-            fail_msg("%s", test_error(&t));
+        assert_int_equal(rt_image_save(image, test_path(&test, names[f]), NULL), RT_OK);
+        if (rt_image_read_texts(test.ctx, test.path, keep, &e) != RT_OK)
+            fail_msg("%s", test_error(&test));
         assert_int_equal(e.count, RTI_COUNT(odd) + 1);
         for (uint32_t i = 0; i < RTI_COUNT(odd); i++) {
             snprintf(key, sizeof key, "odd =\\%u", i);
@@ -99,11 +83,11 @@ static void test_round_trip(void **state)
         assert_string_equal(value_of(&e, "Script"), large);
         drop(&e);
         e.stop_after = 3;
-        assert_int_equal(rt_image_read_texts(t.ctx, t.path, keep, &e), RT_OK);
+        assert_int_equal(rt_image_read_texts(test.ctx, test.path, keep, &e), RT_OK);
         assert_int_equal(e.count, 3);
         drop(&e);
         e.stop_after = 0;
-        rt_status status = rt_image_load(t.ctx, t.path, &back); /* the pixels are found behind the texts */
+        rt_status status = rt_image_load(test.ctx, test.path, &back); /* the pixels are found behind the texts */
         assert_true(status == RT_OK || (f == 0 && status == RT_ERROR_UNSUPPORTED));
         rt_image_destroy(back);
     }
@@ -121,8 +105,8 @@ static void test_hdr_lines(void **state)
     memset(value, '\n', 2000);
     value[2000] = 0;
     assert_int_equal(rt_image_set_text(image, "k", value), RT_OK);
-    assert_int_equal(rt_image_save(image, test_path(&t, "a.hdr"), NULL), RT_OK);
-    unsigned char *bytes = test_slurp(t.path, &size);
+    assert_int_equal(rt_image_save(image, test_path(&test, "a.hdr"), NULL), RT_OK);
+    unsigned char *bytes = test_slurp(test.path, &size);
     for (size_t i = 0; i < size && !(i && bytes[i] == '\n' && bytes[i - 1] == '\n'); i++) {
         line = bytes[i] == '\n' ? 0 : line + 1;
         longest = line > longest ? line : longest;
@@ -145,8 +129,8 @@ static void test_of_descriptor(void **state)
     assert_int_equal(rt_image_set_text(image, "Author", "me"), RT_OK);
     d.texts = more;
     d.text_count = 2;
-    assert_int_equal(rt_image_save(image, test_path(&t, "a.png"), &d), RT_OK);
-    assert_int_equal(rt_image_read_texts(t.ctx, t.path, keep, &e), RT_OK);
+    assert_int_equal(rt_image_save(image, test_path(&test, "a.png"), &d), RT_OK);
+    assert_int_equal(rt_image_read_texts(test.ctx, test.path, keep, &e), RT_OK);
     assert_int_equal(e.count, 3);
     assert_string_equal(e.values[0], "new");
     assert_string_equal(e.values[1], "me");
@@ -154,16 +138,16 @@ static void test_of_descriptor(void **state)
     assert_string_equal(rt_image_get_text(image, "Title"), "old");
     drop(&e);
     d.no_text = 1;
-    assert_int_equal(rt_image_save(image, t.path, &d), RT_OK);
-    assert_int_equal(rt_image_read_texts(t.ctx, t.path, keep, &e), RT_OK);
+    assert_int_equal(rt_image_save(image, test.path, &d), RT_OK);
+    assert_int_equal(rt_image_read_texts(test.ctx, test.path, keep, &e), RT_OK);
     assert_int_equal(e.count, 0);
     d.no_text = 0;
     d.texts = bad;
     d.text_count = 1;
-    assert_int_equal(rt_image_save(image, t.path, &d), RT_ERROR_ARGUMENT);
-    test_says(&t, "two  spaces");
+    assert_int_equal(rt_image_save(image, test.path, &d), RT_ERROR_ARGUMENT);
+    test_says(&test, "two  spaces");
     d.texts = NULL;
-    assert_int_equal(rt_image_save(image, t.path, &d), RT_ERROR_ARGUMENT);
+    assert_int_equal(rt_image_save(image, test.path, &d), RT_ERROR_ARGUMENT);
     assert_int_equal(rt_image_set_text(image, " k", ""), RT_ERROR_ARGUMENT);
     assert_int_equal(rt_image_set_text(image, "k\xc3\xa4", ""), RT_ERROR_ARGUMENT);
     assert_int_equal(rt_image_set_text(image, "k\n", ""), RT_ERROR_ARGUMENT);
@@ -173,8 +157,8 @@ static void test_of_descriptor(void **state)
 static const char *foreign(void)
 {
     const char *references = getenv("LIBRT_REFERENCES");
-    snprintf(t.path, sizeof t.path, "%s/../fuzz/corpus/image_text/kinds.png", references ? references : "tests/reference");
-    return t.path;
+    snprintf(test.path, sizeof test.path, "%s/../fuzz/corpus/image_text/kinds.png", references ? references : "tests/reference");
+    return test.path;
 }
 
 /* A file of zlib's making: every kind of chunk and of compressed block, before and behind the pixels. */
@@ -189,8 +173,8 @@ static void test_foreign(void **state)
         text[i] = "abcdefgh \n"[(x >> 16) % 10];
     }
     text[3000] = 0;
-    if (rt_image_read_texts(t.ctx, foreign(), keep, &e) != RT_OK)
-        fail_msg("%s", test_error(&t));
+    if (rt_image_read_texts(test.ctx, foreign(), keep, &e) != RT_OK)
+        fail_msg("%s", test_error(&test));
     assert_int_equal(e.count, 6);
     assert_string_equal(value_of(&e, "Title"), "caf\xc3\xa9");
     assert_string_equal(value_of(&e, "Author"), "M\xc3\xbcller");
@@ -211,15 +195,15 @@ static void test_damaged(void **state)
     for (size_t cut = 0; cut < size; cut++) {
         unsigned char *copy = malloc(cut ? cut : 1); /* of its size: a sanitizer sees a byte too far */
         memcpy(copy, bytes, cut);
-        assert_int_equal(rti_texts_decode(t.ctx, "cut.png", copy, cut, true, keep, &e), RT_ERROR_FORMAT);
-        test_says(&t, "cut.png");
+        assert_int_equal(rti_texts_decode(test.ctx, "cut.png", copy, cut, true, keep, &e), RT_ERROR_FORMAT);
+        test_says(&test, "cut.png");
         drop(&e);
         free(copy);
     }
     for (size_t i = 41; i < 51; i++) { /* the first text chunk's data and checksum, behind the header's 33 bytes */
         bytes[i] ^= 4;
-        assert_int_equal(rti_texts_decode(t.ctx, "x.png", bytes, size, true, keep, &e), RT_ERROR_FORMAT);
-        test_says(&t, "checksum");
+        assert_int_equal(rti_texts_decode(test.ctx, "x.png", bytes, size, true, keep, &e), RT_ERROR_FORMAT);
+        test_says(&test, "checksum");
         bytes[i] ^= 4;
     }
     assert_int_equal(e.count, 0);
@@ -233,34 +217,35 @@ static void test_inflate(void **state)
     uint8_t *out, wrong[sizeof zeros];
     size_t size, capacity;
     (void)state;
-    assert_null(rti_inflate(t.ctx, zeros, sizeof zeros, 3, &out, &size, &capacity));
+    assert_null(rti_inflate(test.ctx, zeros, sizeof zeros, 3, &out, &size, &capacity));
     assert_int_equal(size, 3);
     assert_memory_equal(out, "abc", 4);
-    rti_free(t.ctx, out, capacity);
-    assert_non_null(strstr(rti_inflate(t.ctx, zeros, sizeof zeros, 2, &out, &size, &capacity), "more than is allowed"));
+    rti_free(test.ctx, out, capacity);
+    assert_non_null(strstr(rti_inflate(test.ctx, zeros, sizeof zeros, 2, &out, &size, &capacity), "more than is allowed"));
     assert_null(out);
     for (size_t n = 0; n < sizeof zeros; n++)
-        assert_non_null(rti_inflate(t.ctx, zeros, n, 100, &out, &size, &capacity));
+        assert_non_null(rti_inflate(test.ctx, zeros, n, 100, &out, &size, &capacity));
     memcpy(wrong, zeros, sizeof zeros);
     wrong[10] ^= 1;
-    assert_non_null(strstr(rti_inflate(t.ctx, wrong, sizeof wrong, 100, &out, &size, &capacity), "checksum"));
+    assert_non_null(strstr(rti_inflate(test.ctx, wrong, sizeof wrong, 100, &out, &size, &capacity), "checksum"));
 }
 
 static void test_refused(void **state)
 {
     entries e = {0};
     (void)state;
-    assert_int_equal(rt_image_read_texts(t.ctx, test_path(&t, "none.png"), keep, &e), RT_ERROR_IO);
-    test_says(&t, "none.png");
-    assert_int_equal(rt_image_read_texts(t.ctx, test_file(&t, "x.png", "hello", 5), keep, &e), RT_ERROR_FORMAT);
-    test_says(&t, "not a PNG");
-    assert_int_equal(rt_image_read_texts(t.ctx, test_file(&t, "e.png", "", 0), keep, &e), RT_ERROR_FORMAT);
-    assert_int_equal(rt_image_read_texts(t.ctx, t.folder, keep, &e), RT_ERROR_IO);
-    assert_int_equal(rt_image_read_texts(t.ctx, NULL, keep, &e), RT_ERROR_ARGUMENT);
-    assert_int_equal(rt_image_read_texts(t.ctx, t.path, NULL, &e), RT_ERROR_ARGUMENT);
-    assert_int_equal(rt_image_read_texts(t.ctx, test_file(&t, "h.hdr", "#?RADIANCE\n# a=b\n", 17), keep, &e), RT_ERROR_FORMAT);
-    test_says(&t, "no end");
-    assert_int_equal(rt_image_read_texts(t.ctx, test_file(&t, "b.bmp", "BM..................", 20), keep, &e), RT_OK);
+    assert_int_equal(rt_image_read_texts(test.ctx, test_path(&test, "none.png"), keep, &e), RT_ERROR_IO);
+    test_says(&test, "none.png");
+    assert_int_equal(rt_image_read_texts(test.ctx, test_file(&test, "x.png", "hello", 5), keep, &e), RT_ERROR_FORMAT);
+    test_says(&test, "not a PNG");
+    assert_int_equal(rt_image_read_texts(test.ctx, test_file(&test, "e.png", "", 0), keep, &e), RT_ERROR_FORMAT);
+    assert_int_equal(rt_image_read_texts(test.ctx, test.folder, keep, &e), RT_ERROR_IO);
+    assert_int_equal(rt_image_read_texts(test.ctx, NULL, keep, &e), RT_ERROR_ARGUMENT);
+    assert_int_equal(rt_image_read_texts(test.ctx, test.path, NULL, &e), RT_ERROR_ARGUMENT);
+    assert_int_equal(rt_image_read_texts(test.ctx, test_file(&test, "h.hdr", "#?RADIANCE\n# a=b\n", 17), keep, &e),
+                     RT_ERROR_FORMAT);
+    test_says(&test, "no end");
+    assert_int_equal(rt_image_read_texts(test.ctx, test_file(&test, "b.bmp", "BM..................", 20), keep, &e), RT_OK);
     assert_int_equal(e.count, 0);
 }
 
@@ -278,17 +263,17 @@ static void test_no_memory(void **state)
         size_t n = 0;
         entries e = {0};
         if (kind < 2)
-            assert_int_equal(rt_image_save(image, test_path(&t, names[kind]), &d), RT_OK);
+            assert_int_equal(rt_image_save(image, test_path(&test, names[kind]), &d), RT_OK);
         else
             foreign();
         do {
-            t.calls = 0;
-            t.fail_at = ++n;
-            status = rt_image_read_texts(t.ctx, t.path, keep, &e);
+            test.calls = 0;
+            test.fail_at = ++n;
+            status = rt_image_read_texts(test.ctx, test.path, keep, &e);
             assert_true(status == RT_OK || status == RT_ERROR_MEMORY);
             drop(&e);
         } while (status != RT_OK);
-        t.fail_at = 0;
+        test.fail_at = 0;
         assert_true(n > 2);
     }
     rt_image_destroy(image);
@@ -297,14 +282,14 @@ static void test_no_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_round_trip, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_hdr_lines, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_of_descriptor, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_foreign, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_damaged, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_inflate, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_refused, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_no_memory, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_round_trip, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_hdr_lines, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_of_descriptor, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_foreign, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_damaged, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_inflate, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_refused, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_no_memory, test_setup, test_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

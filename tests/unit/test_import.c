@@ -8,28 +8,24 @@
 #include "librt/import.h"
 #include "scene/scene.h"
 
-static test_fixture t;
 static rt_scene *scene;
 
 static int setup(void **state)
 {
-    (void)state;
-    test_begin(&t, 0);
-    assert_int_equal(rt_scene_create(t.ctx, &scene), RT_OK);
+    test_setup(state);
+    assert_int_equal(rt_scene_create(test.ctx, &scene), RT_OK);
     return 0;
 }
 
 static int teardown(void **state)
 {
-    (void)state;
     rt_scene_destroy(scene);
-    test_end(&t);
-    return 0;
+    return test_teardown(state);
 }
 
 static const char *text_file(const char *name, const char *text)
 {
-    return test_file(&t, name, text, strlen(text));
+    return test_file(&test, name, text, strlen(text));
 }
 
 static const char two_looks[] =
@@ -41,7 +37,7 @@ static void test_materials_and_textures(void **state)
 {
     rt_import_result r;
     (void)state;
-    test_file(&t, "a dot.tga", dot_tga, sizeof dot_tga);
+    test_file(&test, "a dot.tga", dot_tga, sizeof dot_tga);
     text_file("my looks.mtl", "newmtl red\nKd 1 0 0\nmap_Kd a dot.tga\nnewmtl blue\nKd 0 0 1\nmap_d missing.png\n");
     assert_int_equal(rt_scene_import(scene, text_file("two looks.obj", two_looks), NULL, &r), RT_OK);
     assert_int_equal(r.geometry_count, 2);
@@ -49,7 +45,7 @@ static void test_materials_and_textures(void **state)
     assert_int_equal(r.triangles, 2);
     assert_int_equal(r.vertices, 6);
     assert_int_equal(r.warnings, 1);
-    assert_non_null(strstr(t.log, "missing.png"));
+    assert_non_null(strstr(test.log, "missing.png"));
     assert_int_equal(scene->materials.count, 3);
     assert_int_equal(scene->textures.count, 1);
     const rtk_material *red = RTI_AT(scene->materials, rtk_material, 1);
@@ -69,11 +65,11 @@ static void test_missing_library(void **state)
     assert_true(r.warnings >= 2);
     assert_int_equal(scene->materials.count, 1);
     d.ignore_materials = 1;
-    t.log[0] = '\0';
-    assert_int_equal(rt_scene_import(scene, t.path, &d, &r), RT_OK);
+    test.log[0] = '\0';
+    assert_int_equal(rt_scene_import(scene, test.path, &d, &r), RT_OK);
     assert_int_equal(r.first.id, 2);
     assert_int_equal(r.warnings, 0);
-    assert_string_equal(t.log, "");
+    assert_string_equal(test.log, "");
 }
 
 static void test_transform(void **state)
@@ -89,11 +85,11 @@ static void test_transform(void **state)
     const float *n = RTI_AT(scene->geometries, rti_geometry, 0)->mesh->normals; /* towards (1/2, 1/3, 0) */
     assert_true(n[0] > 0 && fabsf(n[0] / n[1] - 1.5f) < 1e-6f && n[2] == 0);
     d.transform = rt_transform_scale((rt_vec3){1e30f, 1, 1});
-    assert_int_equal(rt_scene_import(scene, t.path, &d, NULL), RT_ERROR_FORMAT);
-    test_says(&t, "vertex 1: x is 1e+30 after the transform");
+    assert_int_equal(rt_scene_import(scene, test.path, &d, NULL), RT_ERROR_FORMAT);
+    test_says(&test, "vertex 1: x is 1e+30 after the transform");
     d.transform.m[5] = NAN;
-    assert_int_equal(rt_scene_import(scene, t.path, &d, NULL), RT_ERROR_ARGUMENT);
-    test_says(&t, "transform.m[5] is nan");
+    assert_int_equal(rt_scene_import(scene, test.path, &d, NULL), RT_ERROR_ARGUMENT);
+    test_says(&test, "transform.m[5] is nan");
     assert_int_equal(scene->geometries.count, 1);
 }
 
@@ -112,13 +108,13 @@ static void test_kinds(void **state)
     assert_int_equal(r.first.id, 1);
     assert_int_equal(rt_scene_import(scene, text_file("bad\xff name.OBJ", "v 0 0 0\nf 1 1 1\n"), NULL, &r), RT_OK);
     assert_int_equal(rt_scene_import(scene, text_file("a.txt", "hello"), NULL, &r), RT_ERROR_FORMAT);
-    test_says(&t, "a.txt: not a mesh");
+    test_says(&test, "a.txt: not a mesh");
     assert_int_equal(rt_scene_import(scene, text_file("empty.ply", ""), NULL, &r), RT_ERROR_FORMAT);
     assert_int_equal(rt_scene_import(scene, text_file("empty.stl", ""), NULL, &r), RT_ERROR_FORMAT);
     assert_int_equal(rt_scene_import(scene, text_file("empty.obj", ""), NULL, &r), RT_ERROR_FORMAT);
-    assert_int_equal(rt_scene_import(scene, test_path(&t, "none.ply"), NULL, &r), RT_ERROR_IO);
-    assert_int_equal(mkdir(test_path(&t, "folder.ply"), 0777), 0);
-    assert_int_equal(rt_scene_import(scene, t.path, NULL, &r), RT_ERROR_IO);
+    assert_int_equal(rt_scene_import(scene, test_path(&test, "none.ply"), NULL, &r), RT_ERROR_IO);
+    assert_int_equal(mkdir(test_path(&test, "folder.ply"), 0777), 0);
+    assert_int_equal(rt_scene_import(scene, test.path, NULL, &r), RT_ERROR_IO);
     assert_int_equal(rt_scene_import(scene, NULL, NULL, &r), RT_ERROR_ARGUMENT);
     assert_int_equal(rt_scene_import(scene, "a.ply", &(rt_import_desc){0}, &r), RT_ERROR_ARGUMENT);
 }
@@ -146,15 +142,15 @@ static void test_every_allocation_fails(void **state)
     rt_status status;
     size_t n = 0;
     (void)state;
-    test_file(&t, "a dot.tga", dot_tga, sizeof dot_tga);
+    test_file(&test, "a dot.tga", dot_tga, sizeof dot_tga);
     text_file("my looks.mtl", "newmtl red\nKd 1 0 0\nmap_Kd a dot.tga\nnewmtl blue\nKd 0 0 1\n");
     text_file("two.obj", two_looks);
     d.smooth = 1;
     d.transform = rt_transform_translate((rt_vec3){1, 2, 3});
     do {
-        t.calls = 0;
-        t.fail_at = ++n;
-        status = rt_scene_import(scene, t.path, &d, &r);
+        test.calls = 0;
+        test.fail_at = ++n;
+        status = rt_scene_import(scene, test.path, &d, &r);
         if (status) {
             assert_int_equal(status, RT_ERROR_MEMORY);
             assert_int_equal(scene->materials.count, 1);
@@ -163,7 +159,7 @@ static void test_every_allocation_fails(void **state)
             assert_int_equal(scene->tri_count, 0);
         }
     } while (status);
-    t.fail_at = 0;
+    test.fail_at = 0;
     assert_true(n > 20);
     assert_int_equal(r.geometry_count, 2);
     assert_int_equal(r.warnings, 0);
@@ -181,13 +177,13 @@ static void test_real_scenes(void **state)
     (void)state;
     for (size_t i = 0; i < RTI_COUNT(scenes); i++) {
         rt_import_result r;
-        if (!test_scene(&t, scenes[i].name)) {
-            print_message("%s is not there: left out\n", t.path);
+        if (!test_scene(&test, scenes[i].name)) {
+            print_message("%s is not there: left out\n", test.path);
             continue;
         }
         size_t materials = scene->materials.count, textures = scene->textures.count;
         double start = rti_now();
-        rt_status status = rt_scene_import(scene, t.path, NULL, &r);
+        rt_status status = rt_scene_import(scene, test.path, NULL, &r);
 #ifndef RTI_HAVE_STB
         if (scenes[i].textures)
             continue;

@@ -6,31 +6,15 @@
 #include "librt/scene.h"
 #include "scene/import/looks.h"
 
-static test_fixture t;
-
-static int setup(void **state)
-{
-    (void)state;
-    test_begin(&t, 0);
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    test_end(&t);
-    return 0;
-}
-
 static rt_status read_obj(rti_model *m, const char *text)
 {
-    rti_model_init(m, t.ctx, "mesh.obj");
+    rti_model_init(m, test.ctx, "mesh.obj");
     return rti_obj_read(m, text, strlen(text));
 }
 
 static rt_status read_stl(rti_model *m, const void *bytes, size_t size)
 {
-    rti_model_init(m, t.ctx, "mesh.stl");
+    rti_model_init(m, test.ctx, "mesh.stl");
     return rti_stl_read(m, bytes, size);
 }
 
@@ -38,7 +22,7 @@ static void refuse_obj(const char *text, const char *words)
 {
     rti_model m;
     assert_int_equal(read_obj(&m, text), RT_ERROR_FORMAT);
-    test_says(&t, words);
+    test_says(&test, words);
     rti_model_fini(&m);
 }
 
@@ -46,7 +30,7 @@ static void refuse_stl(const char *text, const char *words)
 {
     rti_model m;
     assert_int_equal(read_stl(&m, text, strlen(text)), RT_ERROR_FORMAT);
-    test_says(&t, words);
+    test_says(&test, words);
     rti_model_fini(&m);
 }
 
@@ -98,7 +82,7 @@ static void test_parts(void **state)
     assert_int_equal(m.library_count, 1);
     assert_string_equal(m.libraries[0], "my file.mtl");
     assert_int_equal(m.warnings, 1);
-    assert_non_null(strstr(t.log, "line 18: 'vp' is not read"));
+    assert_non_null(strstr(test.log, "line 18: 'vp' is not read"));
     rti_model_fini(&m);
 }
 
@@ -177,7 +161,7 @@ static void refuse_mtl(const char *mtl, const char *words)
     rti_model m;
     assert_int_equal(read_obj(&m, "v 0 0 0\nusemtl a\nf 1 1 1\n"), RT_OK);
     assert_int_equal(rti_mtl_read(&m, "a.mtl", mtl, strlen(mtl)), RT_ERROR_FORMAT);
-    test_says(&t, words);
+    test_says(&test, words);
     rti_model_fini(&m);
 }
 
@@ -251,11 +235,11 @@ static void test_stl_refused(void **state)
     size_t size = binary_stl(bytes, "x", 1);
     memset(bytes + 96, 0xff, 4);
     assert_int_equal(read_stl(&m, bytes, size), RT_ERROR_FORMAT);
-    test_says(&t, "byte 96: facet 0: a coordinate is not a finite number");
+    test_says(&test, "byte 96: facet 0: a coordinate is not a finite number");
     rti_model_fini(&m);
     memset(bytes + 80, 0xff, 4);
     assert_int_equal(read_stl(&m, bytes, size), RT_ERROR_FORMAT);
-    test_says(&t, "needs 214748364834 for its 4294967295 facets");
+    test_says(&test, "needs 214748364834 for its 4294967295 facets");
     rti_model_fini(&m);
     refuse_stl("solid a\nendsolid a\n", "no facets");
     refuse_stl("solid a\nfacet normal 0 0 1\nouter lop\n", "line 3: 'lop' stands where 'outer loop' should");
@@ -276,7 +260,7 @@ static void test_smooth(void **state)
     for (int all = 0; all < 2; all++) {
         assert_int_equal(read_obj(&m, cube), RT_OK);
         rti_part *p = &m.parts[0];
-        assert_true(rti_part_smooth(t.ctx, p, all ? 100 : 60));
+        assert_true(rti_part_smooth(test.ctx, p, all ? 100 : 60));
         assert_int_equal(p->vertex_count, all ? 8 : 24);
         assert_int_equal(p->triangle_count, 12);
         for (uint32_t v = 0; v < p->vertex_count; v++) {
@@ -305,18 +289,18 @@ static void test_every_allocation_fails(void **state)
         size_t n = 0;
         do {
             rti_model m;
-            t.calls = 0;
-            t.fail_at = ++n;
+            test.calls = 0;
+            test.fail_at = ++n;
             status = kind ? read_stl(&m, stl, size) : read_obj(&m, obj);
             if (!status && !kind)
                 status = rti_mtl_read(&m, "a.mtl", mtl, sizeof mtl - 1);
             for (size_t i = 0; i < m.part_count && !status; i++)
-                status = rti_part_smooth(t.ctx, &m.parts[i], 60) ? RT_OK : RT_ERROR_MEMORY;
+                status = rti_part_smooth(test.ctx, &m.parts[i], 60) ? RT_OK : RT_ERROR_MEMORY;
             rti_model_fini(&m);
             assert_true(status == RT_OK || status == RT_ERROR_MEMORY);
         } while (status);
         assert_true(n > 5);
-        t.fail_at = 0;
+        test.fail_at = 0;
     }
 }
 
@@ -331,14 +315,14 @@ static void test_real_scenes(void **state)
         rti_model m;
         size_t size;
         uint64_t triangles = 0;
-        if (!test_scene(&t, scenes[i].name)) {
-            print_message("%s is not there: left out\n", t.path);
+        if (!test_scene(&test, scenes[i].name)) {
+            print_message("%s is not there: left out\n", test.path);
             continue;
         }
-        unsigned char *bytes = test_slurp(t.path, &size);
-        rti_model_init(&m, t.ctx, t.path);
+        unsigned char *bytes = test_slurp(test.path, &size);
+        rti_model_init(&m, test.ctx, test.path);
         assert_int_equal(rti_obj_read(&m, bytes, size), RT_OK);
-        assert_int_equal(rti_looks_read(&m, t.path), RT_OK);
+        assert_int_equal(rti_looks_read(&m, test.path), RT_OK);
         assert_int_equal(m.part_count, scenes[i].parts);
         assert_int_equal(m.warnings, 0);
         for (size_t k = 0; k < m.part_count; k++)
@@ -352,18 +336,18 @@ static void test_real_scenes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_forms, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_parts, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_vertex_colours, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_later_vertices, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_obj_refused, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_mtl, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_mtl_refused, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_stl, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_stl_refused, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_smooth, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_every_allocation_fails, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_real_scenes, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_forms, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_parts, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_vertex_colours, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_later_vertices, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_obj_refused, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_mtl, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_mtl_refused, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_stl, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_stl_refused, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_smooth, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_every_allocation_fails, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_real_scenes, test_setup, test_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

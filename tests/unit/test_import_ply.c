@@ -6,25 +6,9 @@
 
 #include "scene/import/model.h"
 
-static test_fixture t;
-
-static int setup(void **state)
-{
-    (void)state;
-    test_begin(&t, 0);
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    test_end(&t);
-    return 0;
-}
-
 static rt_status read_bytes(rti_model *m, const void *bytes, size_t size)
 {
-    rti_model_init(m, t.ctx, "mesh.ply");
+    rti_model_init(m, test.ctx, "mesh.ply");
     return rti_ply_read(m, bytes, size);
 }
 
@@ -37,7 +21,7 @@ static void refuse(const char *text, const char *words)
 {
     rti_model m;
     assert_int_equal(read_text(&m, text), RT_ERROR_FORMAT);
-    test_says(&t, words);
+    test_says(&test, words);
     rti_model_fini(&m);
 }
 
@@ -84,7 +68,7 @@ static void test_everything(void **state)
     assert_true(p->uvs[0] == 0.25f && p->uvs[1] == 0.75f && p->normals[2] == 1.0f);
     assert_true(p->normals[9] == 0.0f && p->normals[11] == 0.0f); /* not finite: the face's normal is used */
     assert_int_equal(m.warnings, 1);
-    assert_non_null(strstr(t.log, "1 normals or texture coordinates are not finite"));
+    assert_non_null(strstr(test.log, "1 normals or texture coordinates are not finite"));
     rti_model_fini(&m);
 }
 
@@ -282,7 +266,7 @@ static void test_large_concave_polygons(void **state)
                                        : (float)(random >> 8);
             p[3 * i + 2] = 0;
         }
-        assert_true(rti_part_polygon(t.ctx, &part, corners, N));
+        assert_true(rti_part_polygon(test.ctx, &part, corners, N));
         assert_int_equal(part.triangle_count, N - 2);
         for (uint32_t i = 0; i < N; i++)
             whole += twice_area(p, 0, i, (i + 1) % N);
@@ -293,7 +277,7 @@ static void test_large_concave_polygons(void **state)
         }
         assert_true(kind == 3 || fabs(sum - whole) <= 1e-6 * fabs(whole));
         part.positions = NULL;
-        rti_part_fini(t.ctx, &part);
+        rti_part_fini(test.ctx, &part);
     }
     free(p);
     free(corners);
@@ -307,13 +291,13 @@ static void test_every_allocation_fails(void **state)
     rt_status status;
     (void)state;
     do {
-        t.calls = 0;
-        t.fail_at = ++n;
+        test.calls = 0;
+        test.fail_at = ++n;
         status = read_bytes(&m, bytes, size);
         rti_model_fini(&m);
         assert_true(status == RT_OK || status == RT_ERROR_MEMORY);
     } while (status);
-    t.fail_at = 0;
+    test.fail_at = 0;
     assert_true(n > 4);
 }
 
@@ -335,11 +319,11 @@ static void test_real_scenes(void **state)
     for (size_t i = 0; i < RTI_COUNT(scenes); i++) {
         rti_model m;
         size_t size;
-        if (!test_scene(&t, scenes[i].name)) {
-            print_message("%s is not there: left out\n", t.path);
+        if (!test_scene(&test, scenes[i].name)) {
+            print_message("%s is not there: left out\n", test.path);
             continue;
         }
-        unsigned char *bytes = test_slurp(t.path, &size);
+        unsigned char *bytes = test_slurp(test.path, &size);
         assert_int_equal(read_bytes(&m, bytes, size), RT_OK);
         assert_int_equal(m.parts[0].triangle_count, scenes[i].triangles);
         assert_int_equal(m.parts[0].vertex_count, scenes[i].vertices);
@@ -352,17 +336,17 @@ static void test_real_scenes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_triangle, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_everything, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_byte_orders, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_cut_everywhere, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_refused, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_strips_and_flat_faces, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_concave_polygon, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_large_polygon, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_large_concave_polygons, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_every_allocation_fails, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_real_scenes, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_triangle, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_everything, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_byte_orders, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_cut_everywhere, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_refused, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_strips_and_flat_faces, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_concave_polygon, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_large_polygon, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_large_concave_polygons, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_every_allocation_fails, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_real_scenes, test_setup, test_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

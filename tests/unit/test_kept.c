@@ -39,24 +39,12 @@ static rt_scene *import(rt_context *ctx, const char *path, const rt_import_desc 
     return scene;
 }
 
-static void commit(rt_scene *scene)
-{
-    kit_ok(rt_scene_context(scene), rt_scene_commit(scene, NULL));
-}
-
-static rt_scene_info info_of(const rt_scene *scene)
-{
-    rt_scene_info info;
-    assert_int_equal(rt_scene_get_info(scene, &info), RT_OK);
-    return info;
-}
-
 /* Imports once more in a scene of its own; where the first triangle lies. */
 static float height(rt_context *ctx, const char *path)
 {
     rt_scene *scene = import(ctx, path, NULL);
     rt_hit hit;
-    commit(scene);
+    kit_commit(scene);
     hit = kit_hit(scene, kit_ray(0.3f, 0.3f, 100, 0, 0, -1));
     rt_scene_destroy(scene);
     return 100 - hit.t;
@@ -78,16 +66,16 @@ static void test_meshes(void **state)
     (void)state;
     write_ply("kept_a.ply", 50, 1);
     a = import(ctx, "kept_a.ply", NULL);
-    commit(a);
+    kit_commit(a);
     rt_scene_hash(a, first);
     files_are(ctx, 1, 0);
     b = import(ctx, "kept_a.ply", NULL);
-    commit(b);
+    kit_commit(b);
     rt_scene_hash(b, second);
     files_are(ctx, 1, 1);
     assert_string_equal(first, second);
-    assert_int_equal(info_of(b).built_trees, 0);
-    assert_int_equal(info_of(b).kept_trees, 1);
+    assert_int_equal(kit_info(b).built_trees, 0);
+    assert_int_equal(kit_info(b).kept_trees, 1);
     rt_scene_destroy(a); /* shared arrays live on */
     assert_true(kit_hit(b, kit_ray(0.3f, 0.3f, 5, 0, 0, -1)).t == 4);
     kit_ok(ctx, rt_scene_remove_geometry(b, (rt_geometry){0}));
@@ -101,7 +89,7 @@ static void test_meshes(void **state)
     for (int i = 0; i < 2; i++) {
         d.transform = rt_transform_translate((rt_vec3){0, 0, 2});
         a = import(ctx, "kept_a.ply", &d);
-        commit(a);
+        kit_commit(a);
         assert_true(kit_hit(a, kit_ray(0.3f, 0.3f, 5, 0, 0, -1)).t == 2);
         rt_scene_destroy(a);
     }
@@ -162,9 +150,9 @@ static void test_materials(void **state)
     for (int i = 0; i < 3; i++) {
         write_text("kept.mtl", i == 0 ? "newmtl red\nKd 1 0 0\n" : "newmtl red\nKd 0 1 0\n");
         scene = import(ctx, "kept.obj", NULL);
-        commit(scene);
+        kit_commit(scene);
         rt_scene_hash(scene, hash[i]);
-        assert_int_equal(info_of(scene).materials, 2);
+        assert_int_equal(kit_info(scene).materials, 2);
         rt_scene_destroy(scene);
     }
     files_are(ctx, 1, 2);
@@ -193,7 +181,7 @@ static void texture_hash(rt_context *ctx, int nearest, char hash[33])
     d.nearest = nearest;
     kit_ok(ctx, rt_scene_load_texture(scene, "kept.tga", &d, &m.color_texture));
     kit_ok(ctx, rt_scene_add_material(scene, &m, NULL));
-    commit(scene);
+    kit_commit(scene);
     rt_scene_hash(scene, hash);
     rt_scene_destroy(scene);
 }
@@ -227,7 +215,7 @@ static rt_scene *placed(rt_context *ctx, float x, float ior, rt_vec3 eye)
     rt_instance_desc place = rt_instance_desc_default();
     rt_material_desc m = rt_material_desc_default();
     rt_camera_desc camera = rt_camera_desc_default();
-    commit(child);
+    kit_commit(child);
     place.child = child;
     m.refractiveness = ior;
     kit_ok(ctx, rt_scene_add_material(scene, &m, &place.material));
@@ -237,7 +225,7 @@ static rt_scene *placed(rt_context *ctx, float x, float ior, rt_vec3 eye)
     kit_sphere(scene, 0, 0, 20, 1);
     camera.eye = eye;
     kit_ok(ctx, rt_scene_set_camera(scene, &camera));
-    commit(scene);
+    kit_commit(scene);
     rt_scene_destroy(child);
     return scene;
 }
@@ -270,9 +258,9 @@ static void test_frames(void **state)
     scene = placed(ctx, 40, 1.5f, (rt_vec3){0, 0, 30});
     camera.eye = (rt_vec3){1, 2, 30};
     kit_ok(ctx, rt_scene_set_camera(scene, &camera));
-    commit(scene);
-    assert_int_equal(info_of(scene).built_trees, 0);
-    assert_int_equal(info_of(scene).kept_trees, 2);
+    kit_commit(scene);
+    assert_int_equal(kit_info(scene).built_trees, 0);
+    assert_int_equal(kit_info(scene).kept_trees, 2);
     rt_scene_destroy(scene);
     unlink("kept_t.ply");
     rt_context_destroy(ctx);

@@ -13,12 +13,6 @@
 
 static uint32_t seed;
 
-static float random_range(float lo, float hi)
-{
-    seed = seed * 1664525u + 1013904223u;
-    return lo + (hi - lo) * (float)(seed >> 8) / 16777216.0f;
-}
-
 /* Triangles of all kinds, every second of slivers, some tiny, with or without normals (some zero), coordinates, colours. */
 static void add_mesh(rt_scene *scene, uint32_t kind, const uint32_t materials[3])
 {
@@ -27,17 +21,18 @@ static void add_mesh(rt_scene *scene, uint32_t kind, const uint32_t materials[3]
     static uint32_t indices[3 * N], faces[N];
     rt_mesh_desc d = rt_mesh_desc_default();
     for (uint32_t t = 0; t < N; t++) {
-        float size = t % 7 == 0 ? 1e-9f : 1.0f, c[3] = {random_range(-4, 4), random_range(-4, 4), random_range(-4, 4)}, e[3];
+        float size = t % 7 == 0 ? 1e-9f : 1.0f,
+              c[3] = {kit_range(&seed, -4, 4), kit_range(&seed, -4, 4), kit_range(&seed, -4, 4)}, e[3];
         for (int i = 0; i < 3; i++)
-            e[i] = random_range(-size, size);
+            e[i] = kit_range(&seed, -size, size);
         for (int k = 0; k < 9; k++) {
             float sliver = t % 2 == 0 ? 1.0f : 1e-5f;
-            positions[9 * t + k] = c[k % 3] + (float)(k / 3) * e[k % 3] + (k > 5 ? sliver : 0.3f) * random_range(-size, size);
-            normals[9 * t + k] = t % 5 == 0 ? 0.0f : t % 11 == 0 ? random_range(-1e-20f, 1e-20f) : random_range(-1, 1);
-            colors[9 * t + k] = random_range(0, 1);
+            positions[9 * t + k] = c[k % 3] + (float)(k / 3) * e[k % 3] + (k > 5 ? sliver : 0.3f) * kit_range(&seed, -size, size);
+            normals[9 * t + k] = t % 5 == 0 ? 0.0f : t % 11 == 0 ? kit_range(&seed, -1e-20f, 1e-20f) : kit_range(&seed, -1, 1);
+            colors[9 * t + k] = kit_range(&seed, 0, 1);
         }
         for (int k = 0; k < 6; k++)
-            uvs[6 * t + k] = random_range(-3, 3);
+            uvs[6 * t + k] = kit_range(&seed, -3, 3);
         for (uint32_t k = 0; k < 3; k++)
             indices[3 * t + k] = 3 * t + k;
         faces[t] = materials[t % 3];
@@ -65,8 +60,8 @@ static void add_shapes(rt_scene *scene, const uint32_t materials[3])
     rt_box_desc box = rt_box_desc_default();
     for (uint32_t m = 0; m < 3; m++) {
         for (int k = 0; k < 3 * N; k++) {
-            centers[k] = random_range(-5, 5);
-            colors[k] = random_range(0, 1);
+            centers[k] = kit_range(&seed, -5, 5);
+            colors[k] = kit_range(&seed, 0, 1);
         }
         balls.centers = centers;
         balls.colors = m == 1 ? colors : NULL;
@@ -75,10 +70,10 @@ static void add_shapes(rt_scene *scene, const uint32_t materials[3])
         balls.common.material.id = materials[m];
         kit_ok(rt_scene_context(scene), rt_scene_add_spheres(scene, &balls, NULL));
         plane.point = (rt_vec3){0, -6 - (float)m, 0};
-        plane.normal = (rt_vec3){random_range(-0.1f, 0.1f), 1, random_range(-0.1f, 0.1f)};
+        plane.normal = (rt_vec3){kit_range(&seed, -0.1f, 0.1f), 1, kit_range(&seed, -0.1f, 0.1f)};
         plane.common.material.id = materials[m];
         kit_ok(rt_scene_context(scene), rt_scene_add_plane(scene, &plane, NULL));
-        box.low = (rt_vec3){random_range(-4, 3), random_range(-4, 3), random_range(-4, 3)};
+        box.low = (rt_vec3){kit_range(&seed, -4, 3), kit_range(&seed, -4, 3), kit_range(&seed, -4, 3)};
         box.high = (rt_vec3){box.low.x + 0.8f, box.low.y + 0.5f, box.low.z + 0.7f};
         box.common.material.id = materials[m];
         kit_ok(rt_scene_context(scene), rt_scene_add_box(scene, &box, NULL));
@@ -92,7 +87,7 @@ static void add_materials(rt_scene *scene, uint32_t ids[3])
     for (uint32_t i = 0; i < 3; i++) {
         rt_material_desc d = rt_material_desc_default();
         rt_material made;
-        d.color = (rt_vec3){random_range(0, 1), random_range(0, 1), random_range(0, 1)};
+        d.color = (rt_vec3){kit_range(&seed, 0, 1), kit_range(&seed, 0, 1), kit_range(&seed, 0, 1)};
         if (i == 1) {
             td.width = td.height = 2;
             td.pixels = texels;
@@ -155,9 +150,9 @@ static void fill_batch(rti_worker *w, uint32_t count)
         rtk_trace_block *t = &w->batch.trace[i / RTK_BLOCK];
         rtk_path_block *p = &w->batch.path[i / RTK_BLOCK];
         uint32_t k = i % RTK_BLOCK;
-        rtk_vec3 org = rtk_v3(random_range(-6, 6), random_range(-6, 6), random_range(-6, 6)), aim, dir;
-        const rtk_tri *tri = &g->tris[(uint32_t)random_range(0, (float)g->tri_count - 1)];
-        aim = rtk_v3(random_range(-4, 4), random_range(-4, 4), random_range(-4, 4));
+        rtk_vec3 org = rtk_v3(kit_range(&seed, -6, 6), kit_range(&seed, -6, 6), kit_range(&seed, -6, 6)), aim, dir;
+        const rtk_tri *tri = &g->tris[(uint32_t)kit_range(&seed, 0, (float)g->tri_count - 1)];
+        aim = rtk_v3(kit_range(&seed, -4, 4), kit_range(&seed, -4, 4), kit_range(&seed, -4, 4));
         if (i & 1)
             aim = rtk_v3((tri->v0[0] + tri->v1[0] + tri->v2[0]) / 3, (tri->v0[1] + tri->v1[1] + tri->v2[1]) / 3,
                          (tri->v0[2] + tri->v1[2] + tri->v2[2]) / 3);
@@ -174,12 +169,12 @@ static void fill_batch(rti_worker *w, uint32_t count)
         t->tmin[k] = 0.0f;
         t->tmax[k] = RTK_INF;
         t->mask[k] = 0xffffffffu;
-        p->tpr[k] = random_range(0, 1);
-        p->tpg[k] = random_range(0, 1);
-        p->tpb[k] = random_range(0, 1);
+        p->tpr[k] = kit_range(&seed, 0, 1);
+        p->tpg[k] = kit_range(&seed, 0, 1);
+        p->tpb[k] = kit_range(&seed, 0, 1);
         p->depth_kind[k] = 0;
-        p->width[k] = random_range(0, 0.1f);
-        p->spread[k] = random_range(0, 0.01f);
+        p->width[k] = kit_range(&seed, 0, 0.1f);
+        p->spread[k] = kit_range(&seed, 0, 0.01f);
         w->batch.home[i / RTK_BLOCK].home[k] = i % 4096;
     }
     rti_tracer_find(RTI_ISA_GENERIC, "brute")->intersect(scene, w->batch.trace, w->hits, count, 0, &w->scratch);
@@ -275,8 +270,8 @@ static float nasty(void)
 {
     static const float some[] = {0,        -0.0f,     8192, -8192,  8193,           1e30f,
                                  INFINITY, -INFINITY, NAN,  1e-44f, 1.8626451e-09f, 5.5879354e-09f};
-    uint32_t i = (uint32_t)random_range(0, 40);
-    return i < sizeof some / sizeof *some ? some[i] : random_range(-2, 2) * (i & 1 ? 1.0f : 1e-7f);
+    uint32_t i = (uint32_t)kit_range(&seed, 0, 40);
+    return i < sizeof some / sizeof *some ? some[i] : kit_range(&seed, -2, 2) * (i & 1 ? 1.0f : 1e-7f);
 }
 
 static void sums(rt_scene *scene, rti_isa isa)
@@ -290,12 +285,12 @@ static void sums(rt_scene *scene, rti_isa isa)
     w->shadows.count = N;
     for (uint32_t i = 0; i < N; i++) {
         rti_pending_block *p = &w->shadows.pending[i / RTK_BLOCK];
-        uint32_t k = i % RTK_BLOCK, hidden = random_range(0, 1) < 0.3f;
+        uint32_t k = i % RTK_BLOCK, hidden = kit_range(&seed, 0, 1) < 0.3f;
         bool calm = i / RTK_BLOCK % 2; /* blocks of ordinary numbers go the quick way */
-        p->r[k] = calm ? random_range(0, 2) : nasty();
-        p->g[k] = calm ? random_range(-1e-6f, 1e-6f) : nasty();
+        p->r[k] = calm ? kit_range(&seed, 0, 2) : nasty();
+        p->g[k] = calm ? kit_range(&seed, -1e-6f, 1e-6f) : nasty();
         p->b[k] = calm ? (float)(1 + 2 * (i % 9)) * 1.8626451e-09f : nasty(); /* halves of the unit */
-        p->home[k] = (uint32_t)random_range(0, CELLS - 1);
+        p->home[k] = (uint32_t)kit_range(&seed, 0, CELLS - 1);
         if (k == 0)
             w->shadows.occluded[i / RTK_BLOCK] = 0;
         w->shadows.occluded[i / RTK_BLOCK] |= (uint16_t)(hidden << k);
@@ -337,9 +332,9 @@ static void rows(rt_scene *scene, rti_isa isa)
     for (size_t s = 0; s < sizeof samples / sizeof *samples; s++) {
         double unit = s & 1 ? ldexp(1, -28) : ldexp(1, -20);
         for (uint32_t i = 0; i < 4 * 37; i++)
-            sum[i] = (uint64_t)(int64_t)(random_range(-1, 1) * (i % 9 == 0 ? 9e18f : 1e9f));
+            sum[i] = (uint64_t)(int64_t)(kit_range(&seed, -1, 1) * (i % 9 == 0 ? 9e18f : 1e9f));
         for (uint32_t i = 3; i < 4 * 37; i += 4)
-            sum[i] = (uint64_t)random_range(0, (float)samples[s]);
+            sum[i] = (uint64_t)kit_range(&seed, 0, (float)samples[s]);
         rti_lanes_find(isa)->resolve(sum, out, 37, unit, samples[s]);
         for (uint32_t i = 0; i < 4 * 37; i++) {
             double value = i % 4 == 3 ? (double)sum[i] : (double)(int64_t)sum[i] * unit;

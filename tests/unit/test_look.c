@@ -4,7 +4,6 @@
 
 #include "librt/tree.h"
 #include "render_scenes.h"
-#include "scene_kit.h"
 
 /* Everything: triangles, shapes of each kind, instances of a child. */
 static rt_scene *make(rt_context *ctx, rt_scene **child)
@@ -326,19 +325,13 @@ static void test_outlines_of_instances(void **state)
 
 /* ---- costs ---- */
 
-static float uniform(uint32_t *seed)
-{
-    *seed = *seed * 1664525u + 1013904223u;
-    return (float)(*seed >> 8) / 16777216.0f;
-}
-
 /* A line whose chance to cross a convex body is as its surface: through a random point of a disc on a sphere around the box. */
 static rt_ray random_line(const rt_tree_shape *b, uint32_t *seed)
 {
     rt_vec3 c = v3(0.5f * (b->low.x + b->high.x), 0.5f * (b->low.y + b->high.y), 0.5f * (b->low.z + b->high.z));
     float r = 0.5f * sqrtf(powf(b->high.x - b->low.x, 2) + powf(b->high.y - b->low.y, 2) + powf(b->high.z - b->low.z, 2));
-    float z = 2 * uniform(seed) - 1, phi = 6.2831853f * uniform(seed), q = sqrtf(1 - z * z), rho = r * sqrtf(uniform(seed)),
-          psi = 6.2831853f * uniform(seed);
+    float z = 2 * kit_unit(seed) - 1, phi = 6.2831853f * kit_unit(seed), q = sqrtf(1 - z * z), rho = r * sqrtf(kit_unit(seed)),
+          psi = 6.2831853f * kit_unit(seed);
     rt_vec3 d = v3(q * cosf(phi), q * sinf(phi), z), u = v3(-sinf(phi), cosf(phi), 0), v = v3(-z * cosf(phi), -z * sinf(phi), q);
     float x = rho * cosf(psi), y = rho * sinf(psi);
     rt_ray ray = kit_ray(c.x + x * u.x + y * v.x - 2 * r * d.x, c.y + x * u.y + y * v.y - 2 * r * d.y,

@@ -1,26 +1,14 @@
 /* Moving instances: their ways against what they are made of, their boxes against rounding, tracers against each other at every
  * time, images against sums of stills. */
-#include "render_scenes.h"
-
 #include <stdio.h>
 
 #include "kernel/surface.h"
 #include "scene/scene.h"
 #include "scene/snapshot.h"
 
+#include "render_stage.h" /* its scene would be shadowed by the kernels' arguments */
+
 static uint32_t seed = 5;
-
-static float range(float lo, float hi)
-{
-    seed = seed * 1664525u + 1013904223u;
-    return lo + (hi - lo) * (float)(seed >> 8) / 16777216.0f;
-}
-
-static rt_vec3 vec(float size)
-{
-    rt_vec3 v = {range(-size, size), range(-size, size), range(-size, size)};
-    return v;
-}
 
 static rt_transform times(rt_transform a, rt_transform b)
 {
@@ -30,13 +18,14 @@ static rt_transform times(rt_transform a, rt_transform b)
 /* Stretched on a turned axis by up to `stretch`, turned and moved. */
 static rt_transform place(float stretch, float far, int mirror)
 {
-    float by = powf(stretch, range(-1, 1));
-    rt_transform axis = rt_transform_rotate(vec(1), range(0, 360)), back = axis;
+    float by = powf(stretch, kit_range(&seed, -1, 1));
+    rt_transform axis = rt_transform_rotate(kit_vec(&seed, 1), kit_range(&seed, 0, 360)), back = axis;
     for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++)
             back.m[4 * r + c] = axis.m[4 * c + r];
     rt_transform t = times(times(axis, rt_transform_scale(v3(1, by, mirror ? -1.0f : 1.0f))), back);
-    return times(rt_transform_translate(vec(far)), times(rt_transform_rotate(vec(1), range(0, 360)), t));
+    return times(rt_transform_translate(kit_vec(&seed, far)),
+                 times(rt_transform_rotate(kit_vec(&seed, 1), kit_range(&seed, 0, 360)), t));
 }
 
 enum { PLACES = 4 };
@@ -51,16 +40,16 @@ typedef struct way {
  * refuses it. */
 static bool make_way(way *w, int kind, float stretch, float far)
 {
-    uint32_t n = 1 + (uint32_t)range(0, PLACES - 0.01f);
-    int mirror = range(0, 1) < 0.3f;
-    rt_transform shape = place(stretch, 0, mirror), turn = rt_transform_rotate(vec(1), range(0, 360));
+    uint32_t n = 1 + (uint32_t)kit_range(&seed, 0, PLACES - 0.01f);
+    int mirror = kit_range(&seed, 0, 1) < 0.3f;
+    rt_transform shape = place(stretch, 0, mirror), turn = rt_transform_rotate(kit_vec(&seed, 1), kit_range(&seed, 0, 360));
     memset(w, 0, sizeof *w);
     for (uint32_t i = 0; i <= n; i++) {
-        rt_transform t =
-            kind == 1
-                ? place(stretch, far, mirror)
-                : times(times(rt_transform_translate(vec(far)), kind == 2 ? turn : rt_transform_rotate(vec(1), range(0, 360))),
-                        shape);
+        rt_transform t = kind == 1
+                             ? place(stretch, far, mirror)
+                             : times(times(rt_transform_translate(kit_vec(&seed, far)),
+                                           kind == 2 ? turn : rt_transform_rotate(kit_vec(&seed, 1), kit_range(&seed, 0, 360))),
+                                     shape);
         memcpy(w->keys[i].m, t.m, sizeof t.m);
     }
     w->inst.flags = RTK_INST_MOVING;
@@ -94,7 +83,7 @@ static void ways_meet_their_places(void **state)
             assert_true(off(&m, &w.keys[k]) < 3e-6 * (10 + w.motion[0].size));
         }
         for (int i = 0; i < 20; i++) {
-            rtk_pose p = rtk_pose_at(w.motion, &w.inst, range(0, 1));
+            rtk_pose p = rtk_pose_at(w.motion, &w.inst, kit_range(&seed, 0, 1));
             rtk_xfm m = rtk_pose_to_world(p), v = rtk_pose_to_object(p);
             for (int r = 0; r < 3; r++)
                 for (int c = 0; c < 4; c++) {
@@ -171,18 +160,19 @@ static void boxes_hold_all_times(void **state)
     (void)state;
     for (int round = 0; round < 3000; round++) {
         way w;
-        float lo[3], hi[3], out_lo[3], out_hi[3], far = powf(10, range(0, 4)), grow, origin = round % 5 ? 0 : range(-50, 50);
+        float lo[3], hi[3], out_lo[3], out_hi[3], far = powf(10, kit_range(&seed, 0, 4)), grow,
+                                                  origin = round % 5 ? 0 : kit_range(&seed, -50, 50);
         double seen_lo[3] = {1e30, 1e30, 1e30}, seen_hi[3] = {-1e30, -1e30, -1e30};
         if (!make_way(&w, round % 3, round % 4 < 2 ? 3.0f : 30.0f, far))
             continue;
         for (int k = 0; k < 3; k++) {
-            lo[k] = origin + range(-2, 0);
-            hi[k] = origin + range(0.1f, 2);
+            lo[k] = origin + kit_range(&seed, -2, 0);
+            hi[k] = origin + kit_range(&seed, 0.1f, 2);
         }
         rti_motion_bounds(w.motion, w.inst.motion_count, lo, hi, out_lo, out_hi);
         grow = rti_motion_growth(w.motion, w.inst.motion_count, lo, hi, 0);
         for (int i = 0; i < 400; i++) {
-            rtk_xfm v = rtk_pose_to_object(rtk_pose_at(w.motion, &w.inst, i < 3 ? 0.5f * (float)i : range(0, 1)));
+            rtk_xfm v = rtk_pose_to_object(rtk_pose_at(w.motion, &w.inst, i < 3 ? 0.5f * (float)i : kit_range(&seed, 0, 1)));
             double m[12], q[3];
             assert_true(invert_double(&v, m));
             for (int k = 0; k < 3; k++)
@@ -206,11 +196,13 @@ static void boxes_hold_all_times(void **state)
 
 /* ---- through the public API ---- */
 
-static rt_scene *body(rt_context *ctx)
+/* The child is a body of some shapes. */
+static int setup(void **state)
 {
-    rt_scene *child;
     rt_torus_desc t = rt_torus_desc_default();
     rt_material clay;
+    (void)state;
+    stage(1);
     OK(rt_scene_create(ctx, &child));
     clay = add_material(child, v3(0.9f, 0.4f, 0.2f), 0.9f, 0.1f, 0, 1);
     add_box(child, v3(-1, -0.1f, -0.2f), v3(1, 0.1f, 0.2f), clay);
@@ -222,7 +214,7 @@ static rt_scene *body(rt_context *ctx)
     t.common.material = clay;
     OK(rt_scene_add_torus(child, &t, NULL));
     OK(rt_scene_commit(child, NULL));
-    return child;
+    return 0;
 }
 
 enum { RAYS = 1500, BODIES = 24 };
@@ -233,11 +225,10 @@ static void tracers_agree(void **state)
 {
     static const char *const tracers[] = {"brute", "kdtree", "octree"};
     static const float fars[] = {4, 400, 0.05f};
-    rt_context *ctx = make_context(1);
     uint32_t hits_seen = 0, later = 0;
     (void)state;
     for (int round = 0; round < 6; round++) {
-        rt_scene *child = body(ctx), *floor, *s;
+        rt_scene *floor, *s;
         rt_ray rays[RAYS];
         float at[RAYS], far = fars[round % 3];
         rt_hit *hits = malloc(3 * RAYS * sizeof *hits);
@@ -263,9 +254,9 @@ static void tracers_agree(void **state)
             }
         }
         for (int i = 0; i < RAYS; i++) {
-            rt_vec3 from = vec((i & 1 ? 3 : 3000) * far), to = vec(far);
+            rt_vec3 from = kit_vec(&seed, (i & 1 ? 3 : 3000) * far), to = kit_vec(&seed, far);
             rays[i] = (rt_ray){from, 0, {to.x - from.x, to.y - from.y, to.z - from.z}, INFINITY, RT_MASK_ALL};
-            at[i] = i % 7 == 0 ? (float)(i % 2) : range(0, 1);
+            at[i] = i % 7 == 0 ? (float)(i % 2) : kit_range(&seed, 0, 1);
         }
         for (int k = 0; k < 3; k++) {
             rt_hit all[3][8];
@@ -292,34 +283,31 @@ static void tracers_agree(void **state)
         }
         free(hits);
         rt_scene_destroy(s);
-        rt_scene_destroy(child);
         rt_scene_destroy(floor);
     }
     print_message("%u hits\n", hits_seen);
     assert_true(hits_seen > 18 * RAYS / 4 && later > 100);
-    rt_context_destroy(ctx);
 }
 
 /* A moving scene asked at a time answers as one that stands still there; points and normals are those of that time, and rays that
  * leave a convex body outwards do not meet it again. */
 static void a_time_is_a_still(void **state)
 {
-    rt_context *ctx = make_context(1);
     uint32_t compared = 0, left = 0;
     (void)state;
     for (int round = 0; round < 40; round++) {
-        rt_scene *child, *moving, *still;
+        rt_scene *ball, *moving, *still;
         rt_instance_desc d = rt_instance_desc_default();
         rt_transform end;
-        float time = range(0, 1), far = powf(10, range(-1, 3));
+        float time = kit_range(&seed, 0, 1), far = powf(10, kit_range(&seed, -1, 3));
         way w = {.inst = {.flags = RTK_INST_MOVING, .motion_count = 1}};
         rtk_xfm m;
-        OK(rt_scene_create(ctx, &child));
-        add_sphere(child, v3(0, 0, 0), 1, (rt_material){0});
-        OK(rt_scene_commit(child, NULL));
+        OK(rt_scene_create(ctx, &ball));
+        add_sphere(ball, v3(0, 0, 0), 1, (rt_material){0});
+        OK(rt_scene_commit(ball, NULL));
         OK(rt_scene_create(ctx, &moving));
         OK(rt_scene_create(ctx, &still));
-        d.child = child;
+        d.child = ball;
         d.transform = place(3, far, round % 3 == 0);
         end = place(3, far, round % 3 == 0);
         d.motion = &end;
@@ -335,7 +323,8 @@ static void a_time_is_a_still(void **state)
         OK(rt_scene_commit(moving, NULL));
         OK(rt_scene_commit(still, NULL));
         for (int i = 0; i < 200; i++) {
-            rt_vec3 out = vec(1), from = {m.m[3] + 9 * out.x, m.m[7] + 9 * out.y, m.m[11] + 9 * out.z}, aim = vec(0.7f);
+            rt_vec3 out = kit_vec(&seed, 1), from = {m.m[3] + 9 * out.x, m.m[7] + 9 * out.y, m.m[11] + 9 * out.z},
+                    aim = kit_vec(&seed, 0.7f);
             rt_ray ray = {from, 0, {m.m[3] + aim.x - from.x, m.m[7] + aim.y - from.y, m.m[11] + aim.z - from.z}, INFINITY, ~0u};
             rt_hit a, b;
             rt_surface sa, sb;
@@ -352,7 +341,7 @@ static void a_time_is_a_still(void **state)
             assert_true(sa.position_error < 3e-4f * (1 + far));
             compared++;
             for (int k = 0; k < 8; k++) { /* outwards, some nearly along the surface */
-                rt_vec3 dir = vec(1);
+                rt_vec3 dir = kit_vec(&seed, 1);
                 float up = dir.x * sa.ng.x + dir.y * sa.ng.y + dir.z * sa.ng.z, graze = k & 1 ? 1.0f : 1e-3f;
                 dir = v3(dir.x + (graze * fabsf(up) - up) * sa.ng.x, dir.y + (graze * fabsf(up) - up) * sa.ng.y,
                          dir.z + (graze * fabsf(up) - up) * sa.ng.z);
@@ -369,11 +358,10 @@ static void a_time_is_a_still(void **state)
         }
         rt_scene_destroy(moving);
         rt_scene_destroy(still);
-        rt_scene_destroy(child);
+        rt_scene_destroy(ball);
     }
     print_message("%u hits compared, %u rays left\n", compared, left);
     assert_true(compared > 2000);
-    rt_context_destroy(ctx);
 }
 
 /* ---- images ---- */
@@ -383,22 +371,21 @@ static rt_transform propeller_at(double t)
     return times(rt_transform_translate(v3((float)(-0.5 + t), 0.2f, 0)), rt_transform_rotate(v3(0, 0.3f, 1), (float)(200 * t)));
 }
 
-static rt_scene *propeller_scene(rt_context *ctx, rt_scene *child, rt_instance *id)
+static rt_instance add_propeller(void)
 {
-    rt_scene *s;
+    rt_instance id;
     rt_instance_desc d = rt_instance_desc_default();
     rt_material glass, white;
-    OK(rt_scene_create(ctx, &s));
-    white = add_material(s, v3(0.8f, 0.8f, 0.8f), 0.9f, 0.1f, 0, 1);
-    glass = add_material(s, v3(0.9f, 1, 0.9f), 0.05f, 0.1f, 0.85f, 1.5f);
-    add_plane(s, v3(0, -1, 0), v3(0, 1, 0), white);
-    add_sphere(s, v3(1, -0.5f, 0.8f), 0.5f, glass);
-    set_world(s, v3(0.3f, 0.4f, 0.5f), v3(0.7f, 0.8f, 0.9f));
-    add_light(s, light(RT_LIGHT_DIRECTIONAL, v3(-1, -2, -1), v3(0.8f, 0.8f, 0.8f), RT_FALLOFF_NONE));
-    look(s, v3(0, 0.6f, 5), v3(0, -0.1f, 0), 38);
+    white = add_material(scene, v3(0.8f, 0.8f, 0.8f), 0.9f, 0.1f, 0, 1);
+    glass = add_material(scene, v3(0.9f, 1, 0.9f), 0.05f, 0.1f, 0.85f, 1.5f);
+    add_plane(scene, v3(0, -1, 0), v3(0, 1, 0), white);
+    add_sphere(scene, v3(1, -0.5f, 0.8f), 0.5f, glass);
+    set_world(scene, v3(0.3f, 0.4f, 0.5f), v3(0.7f, 0.8f, 0.9f));
+    add_light(scene, light(RT_LIGHT_DIRECTIONAL, v3(-1, -2, -1), v3(0.8f, 0.8f, 0.8f), RT_FALLOFF_NONE));
+    look(scene, v3(0, 0.6f, 5), v3(0, -0.1f, 0), 38);
     d.child = child;
-    OK(rt_scene_add_instance(s, &d, id));
-    return s;
+    OK(rt_scene_add_instance(scene, &d, &id));
+    return id;
 }
 
 /* Sees the moving body, its shadow on the floor, its mirror image there and its picture in a ball of glass. */
@@ -407,11 +394,8 @@ static void blur_is_a_sum_of_stills(void **state)
     enum { W = 48, H = 36, STILLS = 64, TURNS = 2 };
     static const char *const integrators[] = {"whitted", "path", "ao"};
     static const float shutter[][2] = {{0, 1}, {0.5f, 0.75f}, {0, 1}};
-    rt_context *ctx = make_context(1);
-    rt_scene *child = body(ctx), *s;
-    rt_instance id;
+    rt_instance id = add_propeller();
     (void)state;
-    s = propeller_scene(ctx, child, &id);
     for (int k = 0; k < 3; k++) {
         rt_render_desc rd = settings(W, H, 4, integrators[k]);
         rd.ao_distance = 1;
@@ -422,10 +406,10 @@ static void blur_is_a_sum_of_stills(void **state)
         const float *p;
         for (int i = 0; i < STILLS; i++) {
             t = propeller_at(shutter[k][0] + (i + 0.5) / STILLS * (shutter[k][1] - shutter[k][0]));
-            OK(rt_scene_set_instance_transform(s, id, &t));
-            OK(rt_scene_commit(s, NULL));
+            OK(rt_scene_set_instance_transform(scene, id, &t));
+            OK(rt_scene_commit(scene, NULL));
             rd.seed = (uint64_t)i;
-            image = render(s, &rd);
+            image = render(scene, &rd);
             for (int at = 0; at < W * H; at++)
                 for (int ch = 0; ch < 3; ch++)
                     sum[3 * at + ch] += (double)rt_image_pixels_const(image)[4 * at + ch] / STILLS;
@@ -434,15 +418,15 @@ static void blur_is_a_sum_of_stills(void **state)
         t = propeller_at(0);
         for (int i = 0; i < TURNS; i++)
             motion[i] = propeller_at((i + 1.0) / TURNS);
-        OK(rt_scene_set_instance_transform(s, id, &t));
-        OK(rt_scene_set_instance_motion(s, id, motion, TURNS));
-        OK(rt_scene_get_camera(s, &c));
+        OK(rt_scene_set_instance_transform(scene, id, &t));
+        OK(rt_scene_set_instance_motion(scene, id, motion, TURNS));
+        OK(rt_scene_get_camera(scene, &c));
         c.shutter_open = shutter[k][0];
         c.shutter_close = shutter[k][1];
-        OK(rt_scene_set_camera(s, &c));
-        OK(rt_scene_commit(s, NULL));
+        OK(rt_scene_set_camera(scene, &c));
+        OK(rt_scene_commit(scene, NULL));
         rd.samples = 256;
-        image = render(s, &rd);
+        image = render(scene, &rd);
         p = rt_image_pixels_const(image);
         for (int at = 0; at < W * H; at++)
             for (int ch = 0; ch < 3; ch++) {
@@ -455,27 +439,14 @@ static void blur_is_a_sum_of_stills(void **state)
         free(sum);
         rt_image_destroy(image);
     }
-    rt_scene_destroy(s);
-    rt_scene_destroy(child);
-    rt_context_destroy(ctx);
 }
 
 /* ---- edits, files, refusals ---- */
 
-#define REFUSED(call, words)                                                                                                     \
-    do {                                                                                                                         \
-        char text_[512];                                                                                                         \
-        assert_int_equal(call, RT_ERROR_ARGUMENT);                                                                               \
-        rt_context_error(ctx, text_, sizeof text_);                                                                              \
-        if (!strstr(text_, words))                                                                                               \
-            fail_msg("\"%s\" does not say \"%s\"", text_, words);                                                                \
-    } while (0)
-
 static void edits_and_refusals(void **state)
 {
-    rt_context *ctx = make_context(1);
-    rt_scene *child = body(ctx), *s, *again;
-    rt_instance id;
+    rt_scene *again;
+    rt_instance id = add_propeller();
     rt_instance_desc d = rt_instance_desc_default();
     rt_transform one[2] = {propeller_at(0.5), propeller_at(1)}, bad;
     rt_motion_info info;
@@ -485,79 +456,81 @@ static void edits_and_refusals(void **state)
     float late = 0.5f;
     rt_hit a, b;
     (void)state;
-    s = propeller_scene(ctx, child, &id);
-    OK(rt_scene_commit(s, NULL));
-    OK(rt_scene_hash(s, still));
-    OK(rt_scene_get_motion_info(s, &info));
+    OK(rt_scene_commit(scene, NULL));
+    OK(rt_scene_hash(scene, still));
+    OK(rt_scene_get_motion_info(scene, &info));
     assert_true(info.moving_instances == 0 && info.places == 0 && !info.camera_moves && info.shutter_open == 0 &&
                 info.shutter_close == 1);
     bad = rt_transform_identity(); /* places that are all the same stand still */
-    OK(rt_scene_set_instance_motion(s, id, &bad, 1));
-    OK(rt_scene_commit(s, NULL));
-    OK(rt_scene_hash(s, back));
+    OK(rt_scene_set_instance_motion(scene, id, &bad, 1));
+    OK(rt_scene_commit(scene, NULL));
+    OK(rt_scene_hash(scene, back));
     assert_string_equal(still, back);
-    OK(rt_scene_bounds(s, &lo, &hi));
-    OK(rt_scene_set_instance_motion(s, id, one, 2));
-    OK(rt_scene_commit(s, NULL));
-    OK(rt_scene_hash(s, moves));
+    OK(rt_scene_bounds(scene, &lo, &hi));
+    OK(rt_scene_set_instance_motion(scene, id, one, 2));
+    OK(rt_scene_commit(scene, NULL));
+    OK(rt_scene_hash(scene, moves));
     assert_string_not_equal(still, moves);
-    OK(rt_scene_get_motion_info(s, &info));
+    OK(rt_scene_get_motion_info(scene, &info));
     assert_true(info.moving_instances == 1 && info.places == 3);
-    OK(rt_scene_bounds(s, &lo2, &hi2));
+    OK(rt_scene_bounds(scene, &lo2, &hi2));
     assert_true(hi2.y > hi.y + 0.3f && hi2.y < 1.6f);
     bad = rt_transform_scale(v3(1, 0, 1));
-    REFUSED(rt_scene_set_instance_motion(s, id, &bad, 1), "motion has no inverse");
+    KIT_REFUSED(ctx, rt_scene_set_instance_motion(scene, id, &bad, 1), "motion has no inverse");
     bad = rt_transform_scale(v3(-1, 1, 1));
-    REFUSED(rt_scene_set_instance_motion(s, id, &bad, 1), "the places of motion mirror space at one place and not at the next");
+    KIT_REFUSED(ctx, rt_scene_set_instance_motion(scene, id, &bad, 1),
+                "the places of motion mirror space at one place and not at the next");
     bad = rt_transform_scale(v3(1, 20000, 1));
-    REFUSED(rt_scene_set_instance_motion(s, id, &bad, 1), "stretch by more than 1000 to 1");
+    KIT_REFUSED(ctx, rt_scene_set_instance_motion(scene, id, &bad, 1), "stretch by more than 1000 to 1");
     bad = rt_transform_scale(v3(1e10f, 1e10f, 1e10f));
-    REFUSED(rt_scene_set_instance_motion(s, id, &bad, 1), "1e-9 to 1e9");
+    KIT_REFUSED(ctx, rt_scene_set_instance_motion(scene, id, &bad, 1), "1e-9 to 1e9");
     bad = rt_transform_identity();
     bad.m[5] = NAN;
-    REFUSED(rt_scene_set_instance_motion(s, id, &bad, 1), "is nan");
-    REFUSED(rt_scene_set_instance_motion(s, id, one, 1025), "motion_count is 1025; it must be at most 1024");
-    REFUSED(rt_scene_set_instance_motion(s, id, NULL, 1), "motion is NULL");
-    REFUSED(rt_scene_set_instance_motion(s, (rt_instance){9}, one, 1), "instance 9 is not one of the scene");
+    KIT_REFUSED(ctx, rt_scene_set_instance_motion(scene, id, &bad, 1), "is nan");
+    KIT_REFUSED(ctx, rt_scene_set_instance_motion(scene, id, one, 1025), "motion_count is 1025; it must be at most 1024");
+    KIT_REFUSED(ctx, rt_scene_set_instance_motion(scene, id, NULL, 1), "motion is NULL");
+    KIT_REFUSED(ctx, rt_scene_set_instance_motion(scene, (rt_instance){9}, one, 1), "instance 9 is not one of the scene");
     d.child = child;
     d.motion = &bad;
     d.motion_count = 1;
-    REFUSED(rt_scene_add_instance(s, &d, NULL), "is nan");
-    OK(rt_scene_commit(s, NULL));
-    OK(rt_scene_hash(s, back));
+    KIT_REFUSED(ctx, rt_scene_add_instance(scene, &d, NULL), "is nan");
+    OK(rt_scene_commit(scene, NULL));
+    OK(rt_scene_hash(scene, back));
     assert_string_equal(moves, back);
-    OK(rt_scene_save(s, "test_motion.rts"));
+    OK(rt_scene_save(scene, "test_motion.rts"));
     OK(rt_scene_load(ctx, "test_motion.rts", &again));
     remove("test_motion.rts");
     OK(rt_scene_hash(again, back));
     assert_string_equal(moves, back);
-    rt_scene_intersect_at(s, &ray, &late, &a, 1);
+    rt_scene_intersect_at(scene, &ray, &late, &a, 1);
     rt_scene_intersect_at(again, &ray, &late, &b, 1);
     assert_memory_equal(&a, &b, sizeof a);
     assert_true(a.inst_id == id.id);
-    rt_scene_intersect(s, &ray, &b, 1);
+    rt_scene_intersect(scene, &ray, &b, 1);
     assert_true(b.t != a.t);
     OK(rt_scene_get_motion_info(again, &info));
     assert_true(info.moving_instances == 1 && info.places == 3);
     rt_scene_destroy(again);
-    OK(rt_scene_set_instance_motion(s, id, NULL, 0));
-    OK(rt_scene_commit(s, NULL));
-    OK(rt_scene_hash(s, back));
+    OK(rt_scene_set_instance_motion(scene, id, NULL, 0));
+    OK(rt_scene_commit(scene, NULL));
+    OK(rt_scene_hash(scene, back));
     assert_string_equal(still, back);
-    OK(rt_scene_set_instance_motion(s, id, one, 2));
-    OK(rt_scene_remove_instance(s, id));
-    OK(rt_scene_commit(s, NULL));
-    rt_scene_destroy(s);
-    rt_scene_destroy(child);
-    rt_context_destroy(ctx);
+    OK(rt_scene_set_instance_motion(scene, id, one, 2));
+    OK(rt_scene_remove_instance(scene, id));
+    OK(rt_scene_commit(scene, NULL));
 }
 
+#define T(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(ways_meet_their_places), cmocka_unit_test(turns_are_even),    cmocka_unit_test(boxes_hold_all_times),
-        cmocka_unit_test(tracers_agree),          cmocka_unit_test(a_time_is_a_still), cmocka_unit_test(blur_is_a_sum_of_stills),
-        cmocka_unit_test(edits_and_refusals),
+        cmocka_unit_test(ways_meet_their_places),
+        cmocka_unit_test(turns_are_even),
+        cmocka_unit_test(boxes_hold_all_times),
+        T(tracers_agree),
+        T(a_time_is_a_still),
+        T(blur_is_a_sum_of_stills),
+        T(edits_and_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,29 +3,16 @@
  * and NAME.diff.png. LIBRT_REFERENCE_WRITE=1 writes the references anew: look at them before they are committed. */
 #include <stdio.h>
 
-#include "render_scenes.h"
+#include "render_stage.h"
 
 #define WIDTH  160u
 #define HEIGHT 120u
 
-static rt_context *ctx;
-static rt_scene *scene, *child;
-
 static int setup(void **state)
 {
     (void)state;
-    ctx = make_context(2);
-    OK(rt_scene_create(ctx, &scene));
+    stage(2);
     OK(rt_scene_create(ctx, &child));
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    rt_scene_destroy(scene);
-    rt_scene_destroy(child);
-    rt_context_destroy(ctx);
     return 0;
 }
 

@@ -27,12 +27,7 @@ static int teardown(void **state)
     return 0;
 }
 
-/* The call is refused as an argument, with the sentence. */
-#define REFUSED(call, sentence)                                                                                                  \
-    do {                                                                                                                         \
-        assert_int_equal(call, RT_ERROR_ARGUMENT);                                                                               \
-        kit_says(f->ctx, sentence);                                                                                              \
-    } while (0)
+#define REFUSED(call, sentence) KIT_REFUSED(f->ctx, call, sentence)
 
 static void test_create(void **state)
 {

@@ -7,29 +7,17 @@
 
 static uint32_t seed = 11;
 
-static float random_range(float lo, float hi)
-{
-    seed = seed * 1664525u + 1013904223u;
-    return lo + (hi - lo) * (float)(seed >> 8) / 16777216.0f;
-}
-
-static rt_vec3 random_vec(float size)
-{
-    rt_vec3 v = {random_range(-size, size), random_range(-size, size), random_range(-size, size)};
-    return v;
-}
-
 /* A transform that rounding suffers under: stretched on one axis after and before turning, moved far in comparison with its size.
  */
 static rt_transform nasty(int round, float far)
 {
-    float stretch = powf(10, random_range(-3, 3));
-    rt_transform t = rt_transform_rotate(random_vec(1), random_range(0, 360));
+    float stretch = powf(10, kit_range(&seed, -3, 3));
+    rt_transform t = rt_transform_rotate(kit_vec(&seed, 1), kit_range(&seed, 0, 360));
     t = rt_transform_multiply(rt_transform_scale((rt_vec3){1, round % 2 ? stretch : 1, 1}), t);
-    t = rt_transform_multiply(rt_transform_rotate(random_vec(1), random_range(0, 360)), t);
+    t = rt_transform_multiply(rt_transform_rotate(kit_vec(&seed, 1), kit_range(&seed, 0, 360)), t);
     if (round % 3 == 0)
         t = rt_transform_multiply(rt_transform_scale((rt_vec3){-1, 1, 1}), t); /* mirrored */
-    return rt_transform_multiply(rt_transform_translate(random_vec(far)), t);
+    return rt_transform_multiply(rt_transform_translate(kit_vec(&seed, far)), t);
 }
 
 static rt_vec3 apply(const rt_transform *t, rt_vec3 p)
@@ -46,7 +34,7 @@ static rt_scene *make_child(rt_context *ctx, float off, rt_vec3 corners[12])
     rt_mesh_desc d = rt_mesh_desc_default();
     uint32_t indices[12];
     for (uint32_t i = 0; i < 12; i++) {
-        corners[i] = (rt_vec3){off + (i & 1 ? 1.0f : -1.0f), random_range(-1, 1), i & 2 ? 1.0f : -1.0f};
+        corners[i] = (rt_vec3){off + (i & 1 ? 1.0f : -1.0f), kit_range(&seed, -1, 1), i & 2 ? 1.0f : -1.0f};
         indices[i] = i;
     }
     d.positions = &corners[0].x;
@@ -64,12 +52,12 @@ enum { INSTANCES = 24, RAYS = 1500 };
 /* Rays at corners, edges and insides, from near and from 10^4 extents away. */
 static rt_ray aim(const rt_transform *t, const rt_vec3 *corners, float far)
 {
-    uint32_t k = (uint32_t)random_range(0, 3.99f) * 3, i = (uint32_t)random_range(0, INSTANCES - 0.01f);
-    float u = random_range(0, 1), v = random_range(0, 1) * (1 - u);
-    rt_vec3 a = corners[k], b = corners[k + 1], c = corners[k + 2], p, to, from = random_vec(far);
-    if (random_range(0, 1) < 0.3f)
+    uint32_t k = (uint32_t)kit_range(&seed, 0, 3.99f) * 3, i = (uint32_t)kit_range(&seed, 0, INSTANCES - 0.01f);
+    float u = kit_range(&seed, 0, 1), v = kit_range(&seed, 0, 1) * (1 - u);
+    rt_vec3 a = corners[k], b = corners[k + 1], c = corners[k + 2], p, to, from = kit_vec(&seed, far);
+    if (kit_range(&seed, 0, 1) < 0.3f)
         v = 0; /* on an edge */
-    if (random_range(0, 1) < 0.2f)
+    if (kit_range(&seed, 0, 1) < 0.2f)
         u = v = 0; /* at a corner */
     p = (rt_vec3){a.x + u * (b.x - a.x) + v * (c.x - a.x), a.y + u * (b.y - a.y) + v * (c.y - a.y),
                   a.z + u * (b.z - a.z) + v * (c.z - a.z)};
@@ -134,7 +122,7 @@ static void test_growth(void **state)
     uint32_t checked = 0;
     (void)state;
     for (int round = 0; round < 3000; round++) {
-        float far = powf(10, random_range(0, 4)), reach = 2 * far, by[3];
+        float far = powf(10, kit_range(&seed, 0, 4)), reach = 2 * far, by[3];
         rt_transform t = nasty(round, far);
         rtk_xfm m, w;
         memcpy(m.m, t.m, sizeof m.m);
@@ -142,8 +130,8 @@ static void test_growth(void **state)
             continue;
         rti_xfm_growth(&m, &w, reach, by);
         for (int i = 0; i < 20; i++) {
-            rt_vec3 from = random_vec(4 * reach), to = random_vec(reach);
-            float scale = powf(10, random_range(-3, 3));
+            rt_vec3 from = kit_vec(&seed, 4 * reach), to = kit_vec(&seed, reach);
+            float scale = powf(10, kit_range(&seed, -3, 3));
             rtk_vec3 o = rtk_v3(from.x, from.y, from.z);
             rtk_vec3 d = rtk_v3((to.x - from.x) * scale, (to.y - from.y) * scale, (to.z - from.z) * scale);
             rtk_vec3 oo = rtk_xfm_point(w, o), od = rtk_xfm_dir(w, d);

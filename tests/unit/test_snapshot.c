@@ -7,23 +7,6 @@
 
 #include "scene/snapshot.h"
 
-static void commit(rt_scene *scene)
-{
-    char text[512];
-    rt_status status = rt_scene_commit(scene, NULL);
-    if (status != RT_OK) {
-        rt_context_error(rt_scene_context(scene), text, sizeof text);
-        fail_msg("commit: %s", text);
-    }
-}
-
-static rt_scene_info info_of(const rt_scene *scene)
-{
-    rt_scene_info info;
-    assert_int_equal(rt_scene_get_info(scene, &info), RT_OK);
-    return info;
-}
-
 static void test_empty(void **state)
 {
     rt_context *ctx = kit_context(NULL, 1);
@@ -33,11 +16,11 @@ static void test_empty(void **state)
     rt_vec3 low, high;
     (void)state;
     assert_int_equal(hit.prim_id, RT_INVALID_ID); /* before any commit too */
-    commit(scene);
+    kit_commit(scene);
     hit = kit_hit(scene, ray);
     assert_int_equal(hit.prim_id, RT_INVALID_ID);
     assert_true(hit.t == ray.tmax);
-    assert_int_equal(info_of(scene).tree_count, 0);
+    assert_int_equal(kit_info(scene).tree_count, 0);
     assert_int_equal(rt_scene_bounds(scene, &low, &high), RT_OK);
     assert_true(low.x > high.x);
     rt_scene_destroy(scene);
@@ -75,7 +58,7 @@ static void test_kinds(void **state)
     assert_int_equal(rt_scene_add_plane(scene, &plane, NULL), RT_OK);
     for (size_t i = 0; i < 3; i++) {
         assert_int_equal(rt_scene_set_tracer(scene, tracers[i]), RT_OK);
-        commit(scene);
+        kit_commit(scene);
         const float top[] = {9.5f, 9.0f, 9.0f, 9.0f, 9.0f, 9.75f, 17.0f};
         for (uint32_t g = 0; g < 7; g++) {
             float y = g == 5 ? 1.0f : 0.0f; /* on the ring */
@@ -105,13 +88,13 @@ static void test_instances(void **state)
     assert_int_equal(rt_scene_add_instance(parent, &d, &a), RT_OK);
     assert_int_equal(rt_scene_commit(parent, NULL), RT_ERROR_STATE);
     kit_says(ctx, "instance 0 was never committed");
-    commit(child);
+    kit_commit(child);
     d.transform = rt_transform_multiply(rt_transform_translate((rt_vec3){-5, 0, 0}), rt_transform_scale((rt_vec3){2, 2, 2}));
     d.user_id = 77;
     assert_int_equal(rt_scene_add_instance(parent, &d, &b), RT_OK);
     d.transform = rt_transform_translate((rt_vec3){0, 20, 0});
     assert_int_equal(rt_scene_add_instance(parent, &d, &c), RT_OK);
-    commit(parent);
+    kit_commit(parent);
     ray = kit_ray(-5, 0, 10, 0, 0, -1);
     hit = kit_hit(parent, ray);
     assert_int_equal(hit.inst_id, b.id);
@@ -123,11 +106,11 @@ static void test_instances(void **state)
     assert_int_equal(at.material_scene, 1);
     assert_int_equal(at.material.id, 0);
     assert_int_equal(rt_scene_remove_instance(parent, a), RT_OK);
-    commit(parent);
+    kit_commit(parent);
     assert_int_equal(kit_hit(parent, kit_ray(5, 0, 10, 0, 0, -1)).prim_id, RT_INVALID_ID);
     assert_int_equal(kit_hit(parent, kit_ray(0, 20, 10, 0, 0, -1)).inst_id, c.id);
     rt_scene_destroy(child); /* lives on in the parent */
-    commit(parent);
+    kit_commit(parent);
     assert_int_equal(kit_hit(parent, ray).inst_id, b.id);
     rt_scene_destroy(parent);
     rt_context_destroy(ctx);
@@ -144,11 +127,11 @@ static void test_sharing(void **state)
     (void)state;
     kit_square(scene, 1.0f, 0.0f);
     kit_square(other, 1.0f, 0.0f);
-    commit(scene);
-    assert_int_equal(info_of(scene).built_trees, 1);
+    kit_commit(scene);
+    assert_int_equal(kit_info(scene).built_trees, 1);
     assert_int_equal(rt_scene_hash(scene, before), RT_OK);
-    commit(scene);
-    assert_int_equal(info_of(scene).built_trees, 0);
+    kit_commit(scene);
+    assert_int_equal(kit_info(scene).built_trees, 0);
     assert_int_equal(rt_scene_hash(scene, after), RT_OK);
     assert_string_equal(before, after);
     red.color = (rt_vec3){1, 0, 0};
@@ -156,12 +139,12 @@ static void test_sharing(void **state)
     assert_int_equal(rt_scene_set_geometry_material(scene, (rt_geometry){0}, m), RT_OK);
     camera.eye.x = 3;
     assert_int_equal(rt_scene_set_camera(scene, &camera), RT_OK);
-    commit(scene);
-    assert_int_equal(info_of(scene).built_trees, 0);
+    kit_commit(scene);
+    assert_int_equal(kit_info(scene).built_trees, 0);
     assert_int_equal(rt_scene_hash(scene, after), RT_OK);
     assert_string_not_equal(before, after);
-    commit(other);
-    assert_int_equal(info_of(other).built_trees, 0); /* the tree of the first scene */
+    kit_commit(other);
+    assert_int_equal(kit_info(other).built_trees, 0); /* the tree of the first scene */
     assert_int_equal(rt_scene_hash(other, after), RT_OK);
     assert_string_equal(before, after);
     rt_scene_destroy(scene);
@@ -196,7 +179,7 @@ static void test_lamps(void **state)
     d.intensity = 3;
     d.visible = 1;
     assert_int_equal(rt_scene_add_light(scene, &d, &id), RT_OK);
-    commit(scene);
+    kit_commit(scene);
     s = rti_scene_snapshot(scene);
     lights = rti_snapshot_view(s)->lights;
     assert_true(lights[0].body_radius == 2 && lights[0].body_at[0] == 0.2f); /* the glass one is no lamp */
@@ -211,7 +194,7 @@ static void test_lamps(void **state)
                      RTK_MATERIAL_EMISSIVE);
     rti_snapshot_release(s);
     assert_int_equal(rt_scene_remove_light(scene, id), RT_OK);
-    commit(scene);
+    kit_commit(scene);
     assert_int_equal(kit_hit(scene, kit_ray(50, 0, 10, 0, 0, -1)).prim_id, RT_INVALID_ID);
     rt_scene_destroy(scene);
     rt_context_destroy(ctx);
@@ -226,7 +209,7 @@ static void test_trees_kept(void **state)
     rti_snapshot *s, *with, *again;
     (void)state;
     kit_square(scene, 1, 0);
-    commit(scene);
+    kit_commit(scene);
     s = rti_scene_snapshot(scene);
     assert_int_equal(rti_snapshot_with_tree(s, RTK_TREE_BVH, NULL, &with), RT_OK);
     assert_ptr_equal(with, s);
@@ -243,8 +226,8 @@ static void test_trees_kept(void **state)
     rt_scene_destroy(scene);
     scene = kit_scene(ctx);
     kit_square(scene, 1, 0);
-    commit(scene);
-    assert_int_equal(info_of(scene).built_trees, 0);
+    kit_commit(scene);
+    assert_int_equal(kit_info(scene).built_trees, 0);
     rt_scene_destroy(scene);
     rt_context_destroy(ctx);
 }
@@ -289,13 +272,13 @@ static void test_queries_beside_commits(void **state)
     reader r[3] = {{scene, &stop, 0, false}, {scene, &stop, 0, false}, {scene, &stop, 0, false}};
     uint32_t last = kit_square(scene, 1, 0);
     (void)state;
-    commit(scene);
+    kit_commit(scene);
     for (int i = 0; i < 3; i++)
         assert_int_equal(pthread_create(&thread[i], NULL, read_on, &r[i]), 0);
     for (int i = 1; i < 60 || !atomic_load(&r[0].answers) || !atomic_load(&r[1].answers) || !atomic_load(&r[2].answers); i++) {
         uint32_t next = kit_square(scene, 1, (float)(i % 100));
         assert_int_equal(rt_scene_remove_geometry(scene, (rt_geometry){last}), RT_OK);
-        commit(scene);
+        kit_commit(scene);
         last = next;
     }
     atomic_store(&stop, true);
@@ -341,7 +324,7 @@ static void test_cancel(void **state)
     void *result;
     char before[33], after[33];
     (void)state;
-    commit(scene);
+    kit_commit(scene);
     assert_int_equal(rt_scene_hash(scene, before), RT_OK);
     soup(scene, 100000);
     assert_int_equal(pthread_create(&thread, NULL, commit_other, scene), 0);
@@ -354,8 +337,8 @@ static void test_cancel(void **state)
     assert_int_equal((intptr_t)result, RT_ERROR_CANCELLED);
     assert_int_equal(rt_scene_hash(scene, after), RT_OK);
     assert_string_equal(before, after);
-    commit(scene);
-    assert_int_equal(info_of(scene).triangles, 100000);
+    kit_commit(scene);
+    assert_int_equal(kit_info(scene).triangles, 100000);
     rt_scene_destroy(scene);
     rt_context_destroy(ctx);
 }
@@ -376,8 +359,8 @@ static void test_two_contexts(void **state)
         pthread_join(thread[i], &result);
         assert_int_equal((intptr_t)result, RT_OK);
     }
-    assert_int_equal(info_of(x).built_trees, 1);
-    assert_int_equal(info_of(y).built_trees, 1); /* contexts share nothing */
+    assert_int_equal(kit_info(x).built_trees, 1);
+    assert_int_equal(kit_info(y).built_trees, 1); /* contexts share nothing */
     assert_int_equal(rt_scene_hash(x, hx), RT_OK);
     assert_int_equal(rt_scene_hash(y, hy), RT_OK);
     assert_string_equal(hx, hy);
@@ -499,7 +482,7 @@ static void test_memory_limit(void **state)
     assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
     scene = kit_scene(ctx);
     kit_sphere(scene, 0, 0, 0, 1);
-    commit(scene);
+    kit_commit(scene);
     do
         status = rt_scene_add_sphere(scene, &sphere, NULL);
     while (status == RT_OK);
@@ -538,7 +521,7 @@ static void test_intersect_all(void **state)
     kit_sphere(scene, 0, 0, -5, 1);
     for (size_t i = 0; i < 3; i++) {
         assert_int_equal(rt_scene_set_tracer(scene, tracers[i]), RT_OK);
-        commit(scene);
+        kit_commit(scene);
         assert_int_equal(rt_scene_intersect_all(scene, &down, hits, 16), 4);
         assert_int_equal(hits[0].geom_id, 0);
         assert_int_equal(hits[1].geom_id, 1);
@@ -564,7 +547,7 @@ static void test_counts(void **state)
     uint8_t occluded[MOST + 1];
     (void)state;
     kit_square(scene, 1, 0);
-    commit(scene);
+    kit_commit(scene);
     for (int i = 0; i < MOST; i++)
         rays[i] = kit_ray(i % 3 ? 0.5f : 5.0f, 0.1f, 1.0f + (float)i, 0, 0, -1);
     for (size_t n = 0; n <= MOST; n = n < 40 ? n + 1 : n + 37) {

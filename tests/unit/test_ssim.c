@@ -6,29 +6,13 @@
 #include "librt/image.h"
 #include "scene/import/srgb.h"
 
-static test_fixture t;
-
-static int setup(void **state)
-{
-    (void)state;
-    test_begin(&t, 0);
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    test_end(&t);
-    return 0;
-}
-
 /* Encoded grey of a pixel. */
 typedef double (*grey_fn)(uint32_t x, uint32_t y);
 
 static rt_image *make(uint32_t width, uint32_t height, grey_fn grey)
 {
     rt_image *image;
-    assert_int_equal(rt_image_create(t.ctx, width, height, &image), RT_OK);
+    assert_int_equal(rt_image_create(test.ctx, width, height, &image), RT_OK);
     float *p = rt_image_pixels(image);
     for (uint32_t i = 0; i < width * height; i++, p += 4)
         p[0] = p[1] = p[2] = (float)rti_srgb_decode(grey(i % width, i / width));
@@ -160,13 +144,13 @@ static void test_refused(void **state)
     (void)state;
     assert_int_equal(rt_image_ssim(a, b, &s, &map), RT_ERROR_ARGUMENT);
     assert_null(map);
-    test_says(&t, "3 x 2 and 2 x 3");
-    for (t.fail_at = 1; t.fail_at < 5; t.fail_at++) { /* image and its pixels, two buffers */
-        t.calls = 0;
+    test_says(&test, "3 x 2 and 2 x 3");
+    for (test.fail_at = 1; test.fail_at < 5; test.fail_at++) { /* image and its pixels, two buffers */
+        test.calls = 0;
         assert_int_equal(rt_image_ssim(a, a, &s, &map), RT_ERROR_MEMORY);
         assert_null(map);
     }
-    t.fail_at = 0;
+    test.fail_at = 0;
     rt_image_destroy(a);
     rt_image_destroy(b);
 }
@@ -174,9 +158,9 @@ static void test_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_closed_forms, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_against_hand, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_refused, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_closed_forms, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_against_hand, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_refused, test_setup, test_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -8,23 +8,6 @@
 
 static uint32_t seed = 3;
 
-static float random_range(float lo, float hi)
-{
-    seed = seed * 1664525u + 1013904223u;
-    return lo + (hi - lo) * (float)(seed >> 8) / 16777216.0f;
-}
-
-static rt_vec3 random_vec(float size)
-{
-    rt_vec3 v = {random_range(-size, size), random_range(-size, size), random_range(-size, size)};
-    return v;
-}
-
-static void commit(rt_scene *scene)
-{
-    kit_ok(rt_scene_context(scene), rt_scene_commit(scene, NULL));
-}
-
 static double dot(rt_vec3 a, rt_vec3 b)
 {
     return (double)a.x * b.x + (double)a.y * b.y + (double)a.z * b.z;
@@ -63,7 +46,7 @@ static void test_mesh(void **state)
     d.common.uv_transform[0] = 2;
     d.common.uv_transform[5] = 7;
     assert_int_equal(rt_scene_add_mesh(scene, &d, NULL), RT_OK);
-    commit(scene);
+    kit_commit(scene);
     s = surface(scene, down, kit_hit(scene, down));
     assert_true(fabsf(s.position.x - 1) < 1e-6f && fabsf(s.position.y - 2) < 1e-6f && s.position.z == 0);
     assert_true(s.ng.x == 0 && s.ng.y == 0 && s.ng.z == 1);
@@ -102,7 +85,7 @@ static void test_plane(void **state)
     d.normal = (rt_vec3){0, 0, 3};
     d.texture_size = 8;
     assert_int_equal(rt_scene_add_plane(scene, &d, NULL), RT_OK);
-    commit(scene);
+    kit_commit(scene);
     ray = kit_ray(12, 23, 90, 0, 0, -1); /* u to the right: +x; v up: +y; 8 x 4 units */
     s = surface(scene, ray, kit_hit(scene, ray));
     assert_true(fabsf(s.u - 0.25f) < 1e-6f && fabsf(s.v - 0.75f) < 1e-6f);
@@ -114,7 +97,7 @@ static void test_plane(void **state)
     d.texture_size = 4;
     d.texture_height = 2;
     assert_int_equal(rt_scene_add_plane(scene, &d, NULL), RT_OK); /* floor: u towards -z */
-    commit(scene);
+    kit_commit(scene);
     ray = kit_ray(-1, 3, -2, 0, -1, 0);
     s = surface(scene, ray, kit_hit(scene, ray));
     assert_true(fabsf(s.u - 0.5f) < 1e-6f && fabsf(s.v - 0.5f) < 1e-6f); /* v: normal x u = -x */
@@ -142,13 +125,13 @@ static void test_error_bound(void **state)
     (void)state;
     for (int round = 0; round < 400; round++) {
         rt_scene *scene = kit_scene(ctx);
-        float size = powf(10, random_range(-2, 3)), move = moves[round % 4];
+        float size = powf(10, kit_range(&seed, -2, 3)), move = moves[round % 4];
         rt_vec3 t[3];
         uint32_t indices[] = {0, 1, 2};
         rt_mesh_desc d = rt_mesh_desc_default();
         rti_snapshot *snapshot;
         for (int i = 0; i < 3; i++) {
-            t[i] = random_vec(size);
+            t[i] = kit_vec(&seed, size);
             t[i].x += move;
             t[i].z -= move;
         }
@@ -157,13 +140,13 @@ static void test_error_bound(void **state)
         d.indices = indices;
         d.triangle_count = 1;
         assert_int_equal(rt_scene_add_mesh(scene, &d, NULL), RT_OK);
-        commit(scene);
+        kit_commit(scene);
         snapshot = rti_scene_snapshot(scene);
         for (int i = 0; i < 40; i++) {
-            float u = random_range(0, 0.5f), v = random_range(0, 0.5f);
-            rt_vec3 from = random_vec(size * 3), p = {t[0].x + u * (t[1].x - t[0].x) + v * (t[2].x - t[0].x),
-                                                      t[0].y + u * (t[1].y - t[0].y) + v * (t[2].y - t[0].y),
-                                                      t[0].z + u * (t[1].z - t[0].z) + v * (t[2].z - t[0].z)};
+            float u = kit_range(&seed, 0, 0.5f), v = kit_range(&seed, 0, 0.5f);
+            rt_vec3 from = kit_vec(&seed, size * 3), p = {t[0].x + u * (t[1].x - t[0].x) + v * (t[2].x - t[0].x),
+                                                          t[0].y + u * (t[1].y - t[0].y) + v * (t[2].y - t[0].y),
+                                                          t[0].z + u * (t[1].z - t[0].z) + v * (t[2].z - t[0].z)};
             rt_ray ray = kit_ray(from.x + move, from.y, from.z - move, p.x - from.x - move, p.y - from.y, p.z - from.z + move);
             rt_hit hit = kit_hit(scene, ray);
             rt_surface s;
@@ -172,7 +155,7 @@ static void test_error_bound(void **state)
             s = surface(scene, ray, hit);
             assert_true(plane_distance(t, s.position) <= s.position_error);
             for (int k = 0; k < 8; k++) {
-                rt_vec3 dir = random_vec(1);
+                rt_vec3 dir = kit_vec(&seed, 1);
                 rtk_surface at = rtk_surface_at(
                     rti_snapshot_view(snapshot),
                     (rtk_ray){rtk_v3(ray.org.x, ray.org.y, ray.org.z), rtk_v3(ray.dir.x, ray.dir.y, ray.dir.z), 0, 1e30f, ~0u},
@@ -203,23 +186,23 @@ static void test_instance_bound(void **state)
         rt_scene *child = kit_scene(ctx), *scene = kit_scene(ctx);
         rt_instance_desc d = rt_instance_desc_default();
         float far = round % 3 == 2 ? 1e4f : 5;
-        rt_vec3 c = random_vec(10), move = random_vec(far);
-        rt_vec3 scale = {random_range(0.1f, 4), random_range(0.1f, 4), random_range(0.1f, 4)};
+        rt_vec3 c = kit_vec(&seed, 10), move = kit_vec(&seed, far);
+        rt_vec3 scale = {kit_range(&seed, 0.1f, 4), kit_range(&seed, 0.1f, 4), kit_range(&seed, 0.1f, 4)};
         rti_snapshot *snapshot;
-        kit_sphere(child, c.x, c.y, c.z, random_range(0.1f, 3));
-        commit(child);
+        kit_sphere(child, c.x, c.y, c.z, kit_range(&seed, 0.1f, 3));
+        kit_commit(child);
         d.child = child;
         d.transform = rt_transform_multiply(
             rt_transform_translate(move),
-            rt_transform_multiply(rt_transform_rotate(random_vec(1), random_range(0, 360)), rt_transform_scale(scale)));
+            rt_transform_multiply(rt_transform_rotate(kit_vec(&seed, 1), kit_range(&seed, 0, 360)), rt_transform_scale(scale)));
         assert_int_equal(rt_scene_add_instance(scene, &d, NULL), RT_OK);
-        commit(scene);
+        kit_commit(scene);
         snapshot = rti_scene_snapshot(scene);
         for (int i = 0; i < 50; i++) {
             const float *m = d.transform.m;
             rt_vec3 to = {m[0] * c.x + m[1] * c.y + m[2] * c.z + m[3], m[4] * c.x + m[5] * c.y + m[6] * c.z + m[7],
                           m[8] * c.x + m[9] * c.y + m[10] * c.z + m[11]};
-            rt_vec3 from = {to.x + random_range(-50, 50), to.y + random_range(-50, 50), to.z + random_range(-50, 50)};
+            rt_vec3 from = {to.x + kit_range(&seed, -50, 50), to.y + kit_range(&seed, -50, 50), to.z + kit_range(&seed, -50, 50)};
             rt_ray ray = kit_ray(from.x, from.y, from.z, to.x - from.x, to.y - from.y, to.z - from.z);
             rt_hit hit = kit_hit(scene, ray);
             rt_surface s;
@@ -233,7 +216,7 @@ static void test_instance_bound(void **state)
                                 (rtk_ray){rtk_v3(from.x, from.y, from.z), rtk_v3(ray.dir.x, ray.dir.y, ray.dir.z), 0, 1e30f, ~0u},
                                 (rtk_hit){hit.t, hit.u, hit.v, hit.prim_id, hit.geom_id, hit.inst_id}, 0.0f);
             for (int k = 0; k < 8; k++) {
-                rt_vec3 dir = random_vec(1);
+                rt_vec3 dir = kit_vec(&seed, 1);
                 rtk_vec3 org = rtk_surface_leave(at, rtk_v3(dir.x, dir.y, dir.z));
                 if (dot(dir, s.ng) < 1e-3)
                     continue;
@@ -261,11 +244,11 @@ static void test_uv_scale(void **state)
     rt_hit hit;
     (void)state;
     kit_square(child, 2, 0); /* 4 units for 1 */
-    commit(child);
+    kit_commit(child);
     d.child = child;
     d.transform = rt_transform_scale((rt_vec3){3, 3, 3});
     assert_int_equal(rt_scene_add_instance(scene, &d, NULL), RT_OK);
-    commit(scene);
+    kit_commit(scene);
     s = rti_scene_snapshot(scene);
     hit = kit_hit(scene, kit_ray(0.3f, 0.2f, 9, 0, 0, -1));
     at = rtk_surface_at(rti_snapshot_view(s), ray, (rtk_hit){hit.t, hit.u, hit.v, hit.prim_id, hit.geom_id, hit.inst_id}, 0.0f);
@@ -289,7 +272,7 @@ static void test_foreign_hits(void **state)
     (void)state;
     assert_int_equal(surface(scene, ray, hits[3]).material.id, RT_INVALID_ID);
     kit_sphere(scene, 0, 0, 0, 1);
-    commit(scene);
+    kit_commit(scene);
     for (size_t i = 0; i < 4; i++)
         assert_int_equal(surface(scene, ray, hits[i]).material.id, RT_INVALID_ID);
     rt_scene_destroy(scene);

@@ -105,12 +105,6 @@ static void test_srgb(void **state)
 
 static uint32_t seed = 5;
 
-static float random_float(void)
-{
-    seed = seed * 1664525u + 1013904223u;
-    return (float)(seed >> 8) / 16777216.0f;
-}
-
 /* Every texel of every size comes back from its place, and every level has the mean of the image, odd sizes too. */
 static void test_levels(void **state)
 {
@@ -123,7 +117,7 @@ static void test_levels(void **state)
         fixture f;
         rtk_texture t;
         for (uint32_t i = 0; i < 4 * w * h; i++) {
-            pixels[i] = i % 4 == 3 ? 1.0f : random_float();
+            pixels[i] = i % 4 == 3 ? 1.0f : kit_unit(&seed);
             mean[i % 4] += pixels[i] / (double)(w * h);
         }
         t = make(&f, w, h, RT_PIXEL_RGBA32F, pixels, RT_WRAP_CLAMP, 0, 0);
