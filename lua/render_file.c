@@ -1,6 +1,6 @@
 #include "binding.h"
 
-/* Renders that go band by band into a file. Progress arrives on the calling thread, for each tile and every 50 ms. */
+/* Renders that go band by band into a file. Progress arrives on the calling thread, for each tile and about every 50 ms. */
 typedef struct report {
     lua_State *L;
     int function; /* stack index, 0: none */

@@ -135,7 +135,7 @@ function Scene:start(options) end
 
 ---Renders by bands straight into a PNG, BMP, TGA or HDR file, so that images larger than the memory can be made.
 ---@param path string
----@param options? rt.settings also: save (rt.save_options), band_memory (bytes), checkpoint, checkpoint_every, progress (a function; true ends the render)
+---@param options? rt.settings also: save (rt.save_options), band_memory (bytes), checkpoint, checkpoint_every, progress (a function of the part that is done, 0 to 1, called for each tile with more than before and about every 50 ms in between with the same; true ends the render)
 ---@return boolean done false: progress ended it, the file is as it was
 function Scene:render_to_file(path, options) end
 

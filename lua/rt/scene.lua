@@ -375,8 +375,9 @@ local file_fields = {
 }
 
 -- scene:render_to_file("big.png", { width = 32768, height = 32768, save = { tone = "filmic" }, band_memory = 2^28, progress = f }): renders by bands
--- straight into a PNG, BMP, TGA or HDR file, so that images larger than the memory can be made. f(done) may end it by returning true: then
--- false is returned and the file is as it was.
+-- straight into a PNG, BMP, TGA or HDR file, so that images larger than the memory can be made. f(done), the part from 0 to 1, is called for
+-- each tile with more than before and about every 50 ms in between with the same; it may end the render by returning true: then false is returned and
+-- the file is as it was.
 function methods.render_to_file(self, path, t)
   local who = "scene:render_to_file"
   check.string(path, who, "the path")

@@ -82,12 +82,32 @@ static void test_memory_estimate(void **state)
 
 /* ---- bands ---- */
 
+typedef struct progress {
+    uint64_t done;
+    uint32_t tiles, again; /* calls with more than before, with the same */
+} progress;
+
+/* Tiles of 8 x 8, told one by one. */
 static int count_pixels(void *user, uint64_t done, uint64_t total)
 {
-    uint64_t *last = user;
-    assert_true(done >= *last && done <= total);
-    *last = done;
+    progress *p = user;
+    assert_int_equal(total, 3500);
+    assert_true(done >= p->done && done - p->done <= 64 && done <= total);
+    if (done > p->done)
+        p->tiles++;
+    else
+        p->again++;
+    p->done = done;
     return 0;
+}
+
+/* Nothing is finished yet, and that is told twice. */
+static int stop_when_asked_again(void *user, uint64_t done, uint64_t total)
+{
+    progress *p = user;
+    assert_int_equal(done, 0);
+    assert_int_equal(total, 4096);
+    return ++p->again == 2;
 }
 
 static int stop_at_once(void *user, uint64_t done, uint64_t total)
@@ -104,7 +124,7 @@ static void test_bands(void **state)
     char path[] = "/tmp/librt_bands_XXXXXX", text[512];
     rt_image *whole = render(scene, &d), *a, *b;
     rt_image_difference diff;
-    uint64_t last = 0;
+    progress told = {0};
     int file = mkstemp(path);
     rt_save_desc save = rt_save_desc_default();
     (void)state;
@@ -115,8 +135,9 @@ static void test_bands(void **state)
     OK(rt_image_load(ctx, path, &a));
     d.tile = 8;
     d.workers = 2;
-    OK(rt_render_to_file(scene, &d, path, &save, 50 * 16 * 20, count_pixels, &last));
-    assert_int_equal(last, 3500);
+    OK(rt_render_to_file(scene, &d, path, &save, 50 * 16 * 20, count_pixels, &told));
+    assert_int_equal(told.done, 3500);
+    assert_int_equal(told.tiles, 4 * 2 * 7 + 7); /* in four bands of 16 rows and one of 6 */
     OK(rt_image_load(ctx, path, &b));
     OK(rt_image_compare(a, b, &diff, NULL));
     assert_int_equal(diff.differing_pixels, 0);
@@ -130,6 +151,29 @@ static void test_bands(void **state)
     assert_non_null(strstr(text, "pixels"));
     rt_image_destroy(a);
     rt_image_destroy(whole);
+    unlink(path);
+}
+
+/* A tile that takes minutes is asked for every 50 ms. */
+static void test_progress_within_a_tile(void **state)
+{
+    rt_render_desc d = settings(64, 64, 65536, "path");
+    char path[] = "/tmp/librt_bands_XXXXXX", text[512];
+    rt_save_desc save = rt_save_desc_default();
+    int file = mkstemp(path);
+    (void)state;
+    assert_true(file >= 0);
+    close(file);
+    save.format = "bmp";
+    d.tile = 64;
+    for (uint32_t workers = 1; workers <= 2; workers++) {
+        progress told = {0};
+        d.workers = workers;
+        assert_int_equal(rt_render_to_file(scene, &d, path, &save, 0, stop_when_asked_again, &told), RT_ERROR_CANCELLED);
+        assert_int_equal(told.again, 2);
+        rt_context_error(ctx, text, sizeof text);
+        assert_non_null(strstr(text, "after 0 of 4096 pixels"));
+    }
     unlink(path);
 }
 
@@ -167,10 +211,8 @@ static void test_bands_beyond_the_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        IN_ROOM(test_each_allocation_fails),
-        IN_ROOM(test_memory_estimate),
-        IN_ROOM(test_bands),
-        IN_ROOM(test_bands_beyond_the_memory),
+        IN_ROOM(test_each_allocation_fails),  IN_ROOM(test_memory_estimate),         IN_ROOM(test_bands),
+        IN_ROOM(test_progress_within_a_tile), IN_ROOM(test_bands_beyond_the_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

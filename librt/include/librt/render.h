@@ -64,8 +64,9 @@ RT_API const char *rt_tracer_at(uint32_t index, const char **help);
 RT_API rt_status rt_render(rt_scene *scene, const rt_render_desc *desc, rt_image **image);
 
 /** Renders band by band straight into a file (png, bmp, tga, hdr), so that images larger than the memory can be made.
- *  band_memory: bytes for the film, 0: 256 MiB. progress(user, done, total pixels) may be NULL; it is called for each tile and about every 50 ms; non-zero
- *  cancels. save: NULL: defaults. */
+ *  band_memory: bytes for the film, 0: 256 MiB. progress(user, done, total pixels) may be NULL. It is called on the calling thread for each finished tile,
+ *  with more done than before and at last with total; and about every 50 ms beside that, as a tile may take minutes, with the same done again. Non-zero
+ *  cancels; tiles that are finished by then may still be told. save: NULL: defaults. */
 RT_API rt_status rt_render_to_file(rt_scene *scene, const rt_render_desc *desc, const char *path, const rt_save_desc *save, uint64_t band_memory,
                                    int (*progress)(void *user, uint64_t done, uint64_t total), void *user);
 
@@ -85,7 +86,7 @@ RT_API rt_status rt_job_start(rt_scene *scene, const rt_render_desc *desc, rt_jo
 /** Called on the thread inside rt_job_wait, for each tile that is done; its pixels stand in the image. Non-zero cancels. */
 typedef int (*rt_tile_fn)(void *user, const rt_tile *tile, const rt_image *image);
 RT_API void rt_job_on_tile(rt_job *job, rt_tile_fn fn, void *user);
-/** State now, without waiting (one worker: after at most about 20 ms of work). progress 0 ... 1 may be NULL. */
+/** State now, without waiting (one worker: after at most about 20 ms of work). progress 0 ... 1 may be NULL; it never falls, and stands still between tiles. */
 RT_API rt_job_state rt_job_poll(rt_job *job, float *progress);
 /** Waits up to `seconds` (< 0: to the end) and returns the state. */
 RT_API rt_job_state rt_job_wait(rt_job *job, double seconds);
