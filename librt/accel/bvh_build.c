@@ -51,18 +51,18 @@ static bool finite_box(rti_bvh_box b, rti_f4 zero)
 /* The box of a primitive; false: it is left out (not finite, or low above high). */
 static bool prim_box(const rti_build_input *in, uint32_t prim, rti_bvh_box *out)
 {
-    rti_f4 nought = rti_f4_set(0.0f, 0.0f, 0.0f, 0.0f), zero;
+    rti_f4 nought = rti_f4_set(0.0f), zero;
     if (prim < in->tri_count) {
         const rtk_tri *t = &in->tris[prim];
         rti_f4 a = rti_f4_load(t->v0), b = rti_f4_load(t->v1), c = rti_f4_load(t->v2);
         out->lo = rti_f4_min(rti_f4_min(a, b), c);
         out->hi = rti_f4_max(rti_f4_max(a, b), c);
-        zero = rti_f4_add(rti_f4_add(rti_f4_mul(a, nought), rti_f4_mul(b, nought)), rti_f4_mul(c, nought));
+        zero = a * nought + b * nought + c * nought;
     } else {
         const float *p = in->boxes[prim - in->tri_count];
-        out->lo = rti_f4_set(p[0], p[1], p[2], 0.0f);
-        out->hi = rti_f4_set(p[3], p[4], p[5], 0.0f);
-        zero = rti_f4_add(rti_f4_mul(out->lo, nought), rti_f4_mul(out->hi, nought));
+        out->lo = (rti_f4){p[0], p[1], p[2], 0.0f};
+        out->hi = (rti_f4){p[3], p[4], p[5], 0.0f};
+        zero = out->lo * nought + out->hi * nought;
     }
     return finite_box(*out, zero);
 }
@@ -509,14 +509,14 @@ static void settle(rti_bvh *t)
     for (int a = 0; a < 3; a++)
         longest = rtk_max(longest, b->in->hi[a] - b->in->lo[a]);
     t->unit = longest > 1.0e-37f && longest <= 3.0e38f ? 1.0f / longest : 1.0f;
-    t->grow2 = rti_f4_set(2.0f * b->in->grow, 2.0f * b->in->grow, 2.0f * b->in->grow, 0.0f);
+    t->grow2 = rti_f4_xyz(rti_f4_set(2.0f * b->in->grow));
     t->blocks = b->in->tri_count > 0 && b->builder != RTI_BUILD_BVH_COMPACT;
     t->most = b->leaf_size;
     t->together = t->blocks ? RTK_BVH_BLOCK : (b->in->tri_count > 0 ? 2u : 1u);
     t->spatial = b->builder == RTI_BUILD_BVH_SPATIAL;
     t->thinnest = 4.0f * b->in->grow;
-    t->root_area = rti_bvh_area(t, (rti_bvh_box){rti_f4_set(b->in->lo[0], b->in->lo[1], b->in->lo[2], 0.0f),
-                                                 rti_f4_set(b->in->hi[0], b->in->hi[1], b->in->hi[2], 0.0f)});
+    t->root_area = rti_bvh_area(
+        t, (rti_bvh_box){{b->in->lo[0], b->in->lo[1], b->in->lo[2], 0.0f}, {b->in->hi[0], b->in->hi[1], b->in->hi[2], 0.0f}});
     t->room = b->prim_count > 0 ? b->prim_count : 1;
     if (t->spatial)
         t->room = (size_t)rtk_min((float)t->room * b->duplication + 16.0f, (float)(RTI_REF_MAX / 2));

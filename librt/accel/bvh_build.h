@@ -7,9 +7,11 @@
 #ifndef RTI_BVH_BUILD_H
 #define RTI_BVH_BUILD_H
 
+#include <string.h>
+
 #include "../kernel/bvh.h"
 #include "build.h"
-#include "f4.h"
+#include "vectors.h"
 
 #define RTI_BVH_BINS 16u
 
@@ -24,7 +26,7 @@ typedef struct rti_bvh_box {
 
 static inline rti_bvh_box rti_bvh_nothing(void)
 {
-    rti_bvh_box b = {rti_f4_set(RTK_INF, RTK_INF, RTK_INF, RTK_INF), rti_f4_set(-RTK_INF, -RTK_INF, -RTK_INF, -RTK_INF)};
+    rti_bvh_box b = {rti_f4_set(RTK_INF), rti_f4_set(-RTK_INF)};
     return b;
 }
 
@@ -96,8 +98,8 @@ typedef struct rti_bvh {
 
 static inline float rti_bvh_area(const rti_bvh *t, rti_bvh_box b)
 {
-    rti_f4 unit = rti_f4_set(t->unit, t->unit, t->unit, 0.0f);
-    return rti_f4_area(rti_f4_mul(rti_f4_xyz(rti_f4_add(rti_f4_sub(b.hi, b.lo), t->grow2)), unit));
+    rti_f4 unit = {t->unit, t->unit, t->unit, 0.0f};
+    return rti_f4_area(rti_f4_xyz((b.hi - b.lo) + t->grow2) * unit);
 }
 
 static inline rti_bvh_box rti_bvh_ref_box(const rti_ref *r)
@@ -108,7 +110,14 @@ static inline rti_bvh_box rti_bvh_ref_box(const rti_ref *r)
 
 static inline rti_f4 rti_bvh_mid(rti_bvh_box b)
 {
-    return rti_f4_xyz(rti_f4_add(b.lo, b.hi));
+    return rti_f4_xyz(b.lo + b.hi);
+}
+
+/* Which bin, on each axis: `at` cut to 0 ... last. */
+static inline void rti_bvh_bins_of(rti_f4 at, float last, int32_t out[4])
+{
+    rti_i4 bin = rti_f4_ints(rti_f4_min(rti_f4_max(at, rti_f4_set(0.0f)), rti_f4_set(last)));
+    memcpy(out, &bin, sizeof bin);
 }
 
 /* Bins for a range whose mids fill `mid`. */

@@ -16,8 +16,7 @@ static int32_t bin_of(float x, float base, float scale, float last)
 /* The same on three axes; on one whose scale is 0, the first bin. */
 static void bins_of(const rti_bvh_split *s, rti_f4 x, float last, int32_t out[4])
 {
-    rti_f4 at = rti_f4_mul(rti_f4_sub(rti_f4_xyz(x), s->space_base), s->space_scale);
-    rti_f4_int(rti_f4_min(rti_f4_max(at, rti_f4_set(0.0f, 0.0f, 0.0f, 0.0f)), rti_f4_set(last, last, last, last)), out);
+    rti_bvh_bins_of((rti_f4_xyz(x) - s->space_base) * s->space_scale, last, out);
 }
 
 static rti_bvh_box meet(rti_bvh_box a, rti_bvh_box b)
@@ -57,15 +56,15 @@ static void cut_triangle(const rtk_tri *tri, uint32_t axis, float pos, rti_bvh_b
     out[0] = out[1] = rti_bvh_nothing();
     for (int i = 0; i < 3; i++) {
         const float *a = v[i], *b = v[i == 2 ? 0 : i + 1];
-        rti_f4 from = rti_f4_xyz(rti_f4_load(a)),
-               to = rti_f4_xyz(rti_f4_load(b)); /* what follows a corner is in the record, too */
+        /* what follows a corner is in the record, too */
+        rti_f4 from = rti_f4_xyz(rti_f4_load(a)), to = rti_f4_xyz(rti_f4_load(b));
         if (a[axis] <= pos)
             add_point(&out[0], from);
         if (a[axis] >= pos)
             add_point(&out[1], from);
         if ((a[axis] < pos && b[axis] > pos) || (a[axis] > pos && b[axis] < pos)) {
             float t = (pos - a[axis]) / (b[axis] - a[axis]);
-            rti_f4 p = rti_f4_add(from, rti_f4_mul(rti_f4_sub(to, from), rti_f4_set(t, t, t, t)));
+            rti_f4 p = from + (to - from) * t;
             add_point(&out[0], p);
             add_point(&out[1], p);
         }
@@ -149,7 +148,7 @@ static void slice_triangle(const rti_bvh_split *s, const rtk_tri *tri, rti_bvh_b
     }
     for (int i = 0; i < 3; i++) {
         const float *a = v[i], *b = v[i == 2 ? 0 : i + 1], *low = a[axis] < b[axis] ? a : b, *high = low == a ? b : a;
-        rti_f4 from = rti_f4_xyz(rti_f4_load(low)), step = rti_f4_sub(rti_f4_xyz(rti_f4_load(high)), from);
+        rti_f4 from = rti_f4_xyz(rti_f4_load(low)), step = rti_f4_xyz(rti_f4_load(high)) - from;
         float by = 1.0f / (high[axis] - low[axis]);
         int32_t k = first;
         if (a[axis] >= lo[axis] && a[axis] <= hi[axis]) {
@@ -159,7 +158,7 @@ static void slice_triangle(const rti_bvh_split *s, const rtk_tri *tri, rti_bvh_b
         }
         for (k = first; k <= end + 1 && planes[k] < high[axis]; k++) {
             float t = (planes[k] - low[axis]) * by;
-            rti_f4 p = rti_f4_add(from, rti_f4_mul(step, rti_f4_set(t, t, t, t)));
+            rti_f4 p = from + step * t;
             if (planes[k] <= low[axis])
                 continue;
             if (k > first)

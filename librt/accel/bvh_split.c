@@ -28,7 +28,6 @@ void rti_bvh_split_begin(const rti_bvh_range *range, rti_bvh_split *s)
 void rti_bvh_bin(const rti_bvh_split *s, const rti_ref *refs, uint32_t count, rti_bvh_bins *bins)
 {
     float last = (float)(s->bins - 1);
-    rti_f4 zero = rti_f4_set(0.0f, 0.0f, 0.0f, 0.0f), top = rti_f4_set(last, last, last, last);
     for (uint32_t a = 0; a < 3; a++)
         for (uint32_t k = 0; k < s->bins; k++) {
             bins->box[a][k] = rti_bvh_nothing();
@@ -36,9 +35,8 @@ void rti_bvh_bin(const rti_bvh_split *s, const rti_ref *refs, uint32_t count, rt
         }
     for (uint32_t i = 0; i < count; i++) {
         rti_bvh_box box = rti_bvh_ref_box(&refs[i]);
-        rti_f4 at = rti_f4_mul(rti_f4_sub(rti_bvh_mid(box), s->base), s->scale);
         int32_t k[4];
-        rti_f4_int(rti_f4_min(rti_f4_max(at, zero), top), k);
+        rti_bvh_bins_of((rti_bvh_mid(box) - s->base) * s->scale, last, k);
         for (uint32_t a = 0; a < 3; a++) {
             rti_bvh_extend(&bins->box[a][k[a]], box);
             bins->count[a][k[a]]++;
@@ -114,14 +112,15 @@ void rti_bvh_scatter(const rti_bvh_split *s, const rti_ref *refs, uint32_t count
         rti_f4 mid = rti_bvh_mid(rti_bvh_ref_box(&refs[i]));
         float at = (refs[i].lo[s->axis] + refs[i].hi[s->axis] - at_base) * at_scale;
         int goes_left = (int32_t)rtk_min(rtk_max(at, 0.0f), last) < (int32_t)s->bin;
+        rti_i4 lefts = rti_i4_set(-goes_left);
         rti_ref *to = goes_left ? left : right - 1;
         *to = refs[i];
         left += goes_left;
         right -= !goes_left;
-        l.lo = rti_f4_min(l.lo, rti_f4_pick(goes_left, mid, none.lo));
-        l.hi = rti_f4_max(l.hi, rti_f4_pick(goes_left, mid, none.hi));
-        r.lo = rti_f4_min(r.lo, rti_f4_pick(goes_left, none.lo, mid));
-        r.hi = rti_f4_max(r.hi, rti_f4_pick(goes_left, none.hi, mid));
+        l.lo = rti_f4_min(l.lo, rti_f4_pick(lefts, mid, none.lo));
+        l.hi = rti_f4_max(l.hi, rti_f4_pick(lefts, mid, none.hi));
+        r.lo = rti_f4_min(r.lo, rti_f4_pick(lefts, none.lo, mid));
+        r.hi = rti_f4_max(r.hi, rti_f4_pick(lefts, none.hi, mid));
     }
     mids[0] = l;
     mids[1] = r;

@@ -132,49 +132,51 @@ static void sweep(const measure *m, uint32_t axis, const float *los, uint32_t lo
 
 /* ---- few references: every bound is tried ------------------------------------------------------------------------------- */
 
+enum { LANES = 4 };
+
 /* The cheapest of the planes seen so far, a lane each. at: 64 * axis + index of the plane. */
 typedef struct lanes {
-    rti_vf cost;
-    rti_vi at;
+    rti_f4 cost;
+    rti_i4 at;
 } lanes;
 
-/* Counts for each bound of one axis anew, RTI_LANES planes at a time: below DIRECT_MAX that beats sorting. los, his: `count` of
+/* Counts for each bound of one axis anew, four planes at a time: below DIRECT_MAX that beats sorting. los, his: `count` of
  * them; tries: both, one behind the other. */
 static inline void try_axis(const measure *m, int axis, const float *los, const float *his, const float *tries, uint32_t count,
                             lanes *best)
 {
-    rti_vi at = rti_vi_steps() + 64 * axis;
-    for (uint32_t k = 0; k < 2 * count; k += RTI_LANES, at += RTI_LANES) {
-        rti_vf pos, l, r, c;
-        rti_vi left = {0}, right = {0}, take;
+    rti_i4 at = (rti_i4){0, 1, 2, 3} + 64 * axis;
+    for (uint32_t k = 0; k < 2 * count; k += LANES, at += LANES) {
+        rti_f4 pos, l, r, c;
+        rti_i4 left = {0}, right = {0}, take;
         memcpy(&pos, tries + k, sizeof pos);
         for (uint32_t i = 0; i < count; i++) {
             left -= los[i] < pos;
             right -= his[i] > pos;
         }
-        l = __builtin_convertvector(left, rti_vf);
-        r = __builtin_convertvector(right, rti_vf);
+        l = rti_i4_floats(left);
+        r = rti_i4_floats(right);
         c = l * (m->cap + m->rim * (pos - m->lo)) + r * (m->cap + m->rim * (m->hi - pos));
-        c = m->traverse + m->intersect * rti_vf_pick((left == 0) | (right == 0), c * m->keep, c);
+        c = m->traverse + m->intersect * rti_f4_pick((left == 0) | (right == 0), c * m->keep, c);
         take = (pos > m->inner_lo) & (pos < m->inner_hi) & (c < best->cost);
-        best->cost = rti_vf_pick(take, c, best->cost);
-        best->at = rti_vi_pick(take, at, best->at);
+        best->cost = rti_f4_pick(take, c, best->cost);
+        best->at = rti_i4_pick(take, at, best->at);
     }
 }
 
 /* Index of the cheapest lane, of equal ones the least; -1: none is cheaper than what was there. */
 static inline int least_of(const lanes *b, float *cost)
 {
-    float c[RTI_LANES], low;
-    int at[RTI_LANES], first = 1 << 20;
+    float c[LANES], low;
+    int at[LANES], first = 1 << 20;
     memcpy(c, &b->cost, sizeof c);
     memcpy(at, &b->at, sizeof at);
-    for (int n = RTI_LANES / 2; n > 0; n /= 2)
+    for (int n = LANES / 2; n > 0; n /= 2)
         for (int i = 0; i < n; i++)
             c[i] = c[i] < c[i + n] ? c[i] : c[i + n];
     low = c[0];
     memcpy(c, &b->cost, sizeof c);
-    for (int i = 0; i < RTI_LANES; i++) {
+    for (int i = 0; i < LANES; i++) {
         int mine = c[i] == low && at[i] >= 0 ? at[i] : 1 << 20;
         first = mine < first ? mine : first;
     }
@@ -185,7 +187,7 @@ static inline int least_of(const lanes *b, float *cost)
 static void split_direct(const measure m[3], const rti_ref *refs, uint32_t count, rti_kd_split *best)
 {
     float tries[3][2 * DIRECT_MAX], los[3][DIRECT_MAX], his[3][DIRECT_MAX];
-    lanes b = {(rti_vf){0} + best->cost, (rti_vi){0} - 1};
+    lanes b = {rti_f4_set(best->cost), rti_i4_set(-1)};
     int at;
     for (uint32_t i = 0; i < count; i++)
         for (int a = 0; a < 3; a++) {
@@ -193,7 +195,7 @@ static void split_direct(const measure m[3], const rti_ref *refs, uint32_t count
             tries[a][count + i] = his[a][i] = refs[i].hi[a];
         }
     for (int a = 0; a < 3; a++) {
-        for (uint32_t i = 2 * count; i % RTI_LANES; i++)
+        for (uint32_t i = 2 * count; i % LANES; i++)
             tries[a][i] = m[a].lo; /* no plane may stand there */
         if (m[a].inner_lo < m[a].inner_hi)
             try_axis(&m[a], a, los[a], his[a], tries[a], count, &b);
@@ -214,7 +216,7 @@ static void split_direct(const measure m[3], const rti_ref *refs, uint32_t count
 /* Bounds a bin, by axis; the fourth lane is nobody's. */
 typedef struct bins {
     uint32_t lo[MAX_BINS][4], hi[MAX_BINS][4];
-    rti_v4f base, scale;
+    rti_f4 base, scale;
     float last; /* the highest bin's index */
     uint32_t count;
 } bins;
@@ -226,24 +228,17 @@ static inline uint32_t bin_of(float x, float lo, float scale, float last)
     return (uint32_t)(int32_t)(f < last ? f : last);
 }
 
-static inline rti_v4i bins_of(const bins *n, rti_v4f x)
+/* Of a reference's low or high bounds; what stands behind them is no number. */
+static inline rti_i4 bins_of(const bins *n, const float *three)
 {
-    rti_v4f f = (x - n->base) * n->scale, last = rti_v4f_all(n->last);
-    return __builtin_convertvector(rti_v4f_pick(f < last, f, last), rti_v4i);
-}
-
-/* A reference's bounds; the fourth lane, which holds no number, is zero. */
-static inline rti_v4f bound_of(const float *three)
-{
-    rti_v4i v;
-    memcpy(&v, three, sizeof v);
-    return (rti_v4f)(v & (rti_v4i){-1, -1, -1, 0});
+    rti_f4 at = (rti_f4_xyz(rti_f4_load(three)) - n->base) * n->scale;
+    return rti_f4_ints(rti_f4_min(at, rti_f4_set(n->last)));
 }
 
 static void count_bounds(bins *n, const rti_ref *refs, size_t count, size_t stride)
 {
     for (size_t i = 0; i < count * stride; i += stride) {
-        rti_v4i lo = bins_of(n, bound_of(refs[i].lo)), hi = bins_of(n, bound_of(refs[i].hi));
+        rti_i4 lo = bins_of(n, refs[i].lo), hi = bins_of(n, refs[i].hi);
         for (int a = 0; a < 3; a++) {
             n->lo[lo[a]][a]++;
             n->hi[hi[a]][a]++;
@@ -256,8 +251,8 @@ static bool fill_bins(const rti_build *b, const measure m[3], const rti_ref *ref
 {
     n->count = count < 64 ? 16 : (count < 1024 ? 32 : MAX_BINS);
     n->last = (float)(n->count - 1);
-    n->base = (rti_v4f){m[0].lo, m[1].lo, m[2].lo, 0.0f};
-    n->scale = rti_v4f_all(0.0f);
+    n->base = (rti_f4){m[0].lo, m[1].lo, m[2].lo, 0.0f};
+    n->scale = rti_f4_set(0.0f);
     memset(n->lo, 0, n->count * sizeof n->lo[0]);
     memset(n->hi, 0, n->count * sizeof n->hi[0]);
     for (int a = 0; a < 3; a++)
@@ -272,41 +267,41 @@ static bool fill_bins(const rti_build *b, const measure m[3], const rti_ref *ref
 
 /* What the counts alone say, by axis: a lower bound of every bin's cost, the cheapest edge between bins and the bin before it. */
 typedef struct bounds {
-    rti_v4f cost[MAX_BINS];
+    rti_f4 cost[MAX_BINS];
     float edge;
     uint32_t edge_axis, edge_bin;
 } bounds;
 
-#define ALL3(m, field) ((rti_v4f){(m)[0].field, (m)[1].field, (m)[2].field, 0.0f})
+#define ALL3(m, field) ((rti_f4){(m)[0].field, (m)[1].field, (m)[2].field, 0.0f})
 
-static rti_v4f plane_costs(const measure *m, rti_v4f cap, rti_v4f rim, rti_v4i left, rti_v4i right, rti_v4f w0, rti_v4f w1)
+static rti_f4 plane_costs(const measure *m, rti_f4 cap, rti_f4 rim, rti_i4 left, rti_i4 right, rti_f4 w0, rti_f4 w1)
 {
-    rti_v4f c = __builtin_convertvector(left, rti_v4f) * (cap + rim * w0);
-    c += __builtin_convertvector(right, rti_v4f) * (cap + rim * w1);
-    return m->traverse + m->intersect * rti_v4f_pick((left == 0) | (right == 0), c * m->keep, c);
+    rti_f4 c = rti_i4_floats(left) * (cap + rim * w0);
+    c += rti_i4_floats(right) * (cap + rim * w1);
+    return m->traverse + m->intersect * rti_f4_pick((left == 0) | (right == 0), c * m->keep, c);
 }
 
 static void bound_bins(const measure m[3], const bins *n, uint32_t count, bounds *out)
 {
-    rti_v4f cap = ALL3(m, cap), rim = ALL3(m, rim), none = rti_v4f_all(3.0e38f), edge = none;
-    rti_v4f width = (ALL3(m, hi) - ALL3(m, lo)) * (1.0f / (float)n->count);
-    rti_v4i left = {0}, right = rti_v4i_all((int)count), usable = ALL3(m, inner_lo) < ALL3(m, inner_hi), edge_bin = {0};
-    usable &= (rti_v4i){-1, -1, -1, 0};
+    rti_f4 cap = ALL3(m, cap), rim = ALL3(m, rim), none = rti_f4_set(3.0e38f), edge = none;
+    rti_f4 width = (ALL3(m, hi) - ALL3(m, lo)) * (1.0f / (float)n->count);
+    rti_i4 left = {0}, right = rti_i4_set((int)count), usable = ALL3(m, inner_lo) < ALL3(m, inner_hi), edge_bin = {0};
+    usable &= (rti_i4){-1, -1, -1, 0};
     for (uint32_t j = 0; j < n->count; j++) {
-        rti_v4i lo, hi, take;
-        rti_v4f w0 = (float)j * width, w1 = (float)(n->count - 1 - j) * width, c;
+        rti_i4 lo, hi, take;
+        rti_f4 w0 = (float)j * width, w1 = (float)(n->count - 1 - j) * width, c;
         memcpy(&lo, n->lo[j], sizeof lo);
         memcpy(&hi, n->hi[j], sizeof hi);
         c = 0.9999f * plane_costs(m, cap, rim, left, right - hi, w0, w1);
-        out->cost[j] = rti_v4f_pick(usable & ((lo | hi) != 0), c, none);
+        out->cost[j] = rti_f4_pick(usable & ((lo | hi) != 0), c, none);
         left += lo;
         right -= hi;
         if (j + 1 == n->count)
             break;
         c = plane_costs(m, cap, rim, left, right, w0 + width, w1);
         take = usable & (c < edge);
-        edge = rti_v4f_pick(take, c, edge);
-        edge_bin = rti_v4i_pick(take, rti_v4i_all((int)j), edge_bin);
+        edge = rti_f4_pick(take, c, edge);
+        edge_bin = rti_i4_pick(take, rti_i4_set((int)j), edge_bin);
     }
     out->edge_axis = 0;
     for (uint32_t a = 1; a < 3; a++)
@@ -348,9 +343,9 @@ static void choose_bins(const rti_build *b, const bins *n, const bounds *s, floa
 {
     bool exact = b->builder == RTI_BUILD_KD_EXACT;
     float limit = s->edge * 1.0001f < leaf_cost ? s->edge * 1.0001f : leaf_cost, least = limit;
-    rti_v4f low = rti_v4f_all(limit);
+    rti_f4 low = rti_f4_set(limit);
     for (uint32_t j = 0; j < n->count; j++)
-        low = rti_v4f_pick(s->cost[j] < low, s->cost[j], low);
+        low = rti_f4_min(s->cost[j], low);
     for (int a = 0; a < 3; a++)
         least = low[a] < least ? low[a] : least;
     for (uint32_t a = 0; a < 3; a++) {

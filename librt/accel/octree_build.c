@@ -17,28 +17,24 @@ static inline turned turned_of(float x, float y, float z)
     return (turned){{x, y, z, x, y, z, 0.0f, 0.0f}};
 }
 
-static inline rti_v4f turned_by(const turned *t, int by)
+static inline rti_f4 turned_by(const turned *t, int by)
 {
-    rti_v4f v;
+    rti_f4 v;
     memcpy(&v, t->at + by, sizeof v);
     return v;
 }
 
-static inline rti_v4f absolute(rti_v4f x)
-{
-    return (rti_v4f)((rti_v4i)x & rti_v4i_all(0x7fffffff));
-}
-
 /* Bit i: the triangle's plane passes child i. e, f: two edges; v: a vertex; half: of a child's sides; room: half and what it is
  * grown by. */
-static inline unsigned by_plane(const turned *e, const turned *f, const turned *v, rti_v4f half, rti_v4f room)
+static inline unsigned by_plane(const turned *e, const turned *f, const turned *v, rti_f4 half, rti_f4 room)
 {
-    rti_v4f x = turned_by(e, 1) * turned_by(f, 2), y = turned_by(e, 2) * turned_by(f, 1), n = x - y, v0 = turned_by(v, 0);
-    rti_v4f d = n * v0, reach = absolute(n) * room + (absolute(x) + absolute(y)) * (absolute(v0) + half) * 2.0e-6f, h = n * half;
+    rti_f4 x = turned_by(e, 1) * turned_by(f, 2), y = turned_by(e, 2) * turned_by(f, 1), n = x - y, v0 = turned_by(v, 0);
+    rti_f4 d = n * v0, reach = rti_f4_abs(n) * room + (rti_f4_abs(x) + rti_f4_abs(y)) * (rti_f4_abs(v0) + half) * 2.0e-6f,
+           h = n * half;
     float most = reach[0] + reach[1] + reach[2], mid = d[0] + d[1] + d[2];
-    rti_v4f s = mid + h[0] * (rti_v4f){1, -1, 1, -1} + h[1] * (rti_v4f){1, 1, -1, -1};
-    rti_v4i low = (rti_v4i){1, 2, 4, 8} & ~(absolute(s + h[2]) > most),
-            high = (rti_v4i){16, 32, 64, 128} & ~(absolute(s - h[2]) > most);
+    rti_f4 s = mid + h[0] * (rti_f4){1, -1, 1, -1} + h[1] * (rti_f4){1, 1, -1, -1};
+    rti_i4 low = (rti_i4){1, 2, 4, 8} & ~(rti_f4_abs(s + h[2]) > most),
+           high = (rti_i4){16, 32, 64, 128} & ~(rti_f4_abs(s - h[2]) > most);
     low |= high;
     return (unsigned)(low[0] | low[1] | low[2] | low[3]);
 }
@@ -48,17 +44,16 @@ static inline unsigned by_plane(const turned *e, const turned *f, const turned *
 static inline unsigned by_edges(const turned v[3], const turned e[3], const turned *half, const turned *room)
 {
     /* Children by the cell's axis, and by halves low low, high low, low high, high high of b and g. */
-    static const rti_v4i children[4] = {
+    static const rti_i4 children[4] = {
         {0x03, 0x05, 0x11, 0}, {0x0c, 0x50, 0x22, 0}, {0x30, 0x0a, 0x44, 0}, {0xc0, 0xa0, 0x88, 0}};
-    rti_v4i out[4] = {{0}, {0}, {0}, {0}}, all = {0};
+    rti_i4 out[4] = {{0}, {0}, {0}, {0}}, all = {0};
     for (int i = 0; i < 3; i++) {
         const turned *o = &v[i == 0 ? 2 : i - 1];
-        rti_v4f eb = turned_by(&e[i], 1), eg = turned_by(&e[i], 2);
-        rti_v4f x = eb * turned_by(&v[i], 2) - eg * turned_by(&v[i], 1), y = eb * turned_by(o, 2) - eg * turned_by(o, 1);
-        rti_v4f by_b = eg * turned_by(half, 1), by_g = eb * turned_by(half, 2), sum = by_g + by_b, less = by_g - by_b;
-        rti_v4f reach = absolute(eb) * turned_by(room, 2) + absolute(eg) * turned_by(room, 1);
-        rti_v4i swap = x > y;
-        rti_v4f low = rti_v4f_pick(swap, y, x) - reach, high = rti_v4f_pick(swap, x, y) + reach;
+        rti_f4 eb = turned_by(&e[i], 1), eg = turned_by(&e[i], 2);
+        rti_f4 x = eb * turned_by(&v[i], 2) - eg * turned_by(&v[i], 1), y = eb * turned_by(o, 2) - eg * turned_by(o, 1);
+        rti_f4 by_b = eg * turned_by(half, 1), by_g = eb * turned_by(half, 2), sum = by_g + by_b, less = by_g - by_b;
+        rti_f4 reach = rti_f4_abs(eb) * turned_by(room, 2) + rti_f4_abs(eg) * turned_by(room, 1);
+        rti_f4 low = rti_f4_min(y, x) - reach, high = rti_f4_max(x, y) + reach;
         out[0] |= (low > -less) | (high < -less);
         out[1] |= (low > -sum) | (high < -sum);
         out[2] |= (low > sum) | (high < sum);

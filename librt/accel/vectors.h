@@ -1,61 +1,57 @@
-/* Vectors by the types that GCC and Clang share: four lanes, and as many as the instruction set that a file is compiled for has.
- * The same bits everywhere. Private to accel/. */
+/* What the builders want of four floats beside base/simd.h: whole numbers, choices, and the first three lanes as x, y, z. The
+ * same bits everywhere. Private to accel/. */
 #ifndef RTI_VECTORS_H
 #define RTI_VECTORS_H
 
-#include <stdint.h>
+#include "../base/simd.h"
 
-#if defined(__AVX512F__)
-#define RTI_LANES 16
-#elif defined(__AVX2__)
-#define RTI_LANES 8
-#else
-#define RTI_LANES 4
-#endif
+/* Also what < > == of vectors give: all ones or zeros in a lane. */
+typedef int32_t rti_i4 __attribute__((vector_size(16)));
 
-typedef float rti_v4f __attribute__((vector_size(16)));
-typedef int32_t rti_v4i __attribute__((vector_size(16)));
-typedef float rti_vf __attribute__((vector_size(4 * RTI_LANES)));
-typedef int32_t rti_vi __attribute__((vector_size(4 * RTI_LANES)));
-
-static inline rti_v4f rti_v4f_all(float x)
+RTI_VEC rti_i4 rti_i4_set(int32_t x)
 {
-    return (rti_v4f){x, x, x, x};
-}
-
-static inline rti_v4i rti_v4i_all(int32_t x)
-{
-    return (rti_v4i){x, x, x, x};
-}
-
-/* 0, 1, 2, ... */
-static inline rti_vi rti_vi_steps(void)
-{
-    rti_vi v;
-    for (int i = 0; i < RTI_LANES; i++)
-        v[i] = i;
-    return v;
+    return (rti_i4){x, x, x, x};
 }
 
 /* mask: lanes of all ones take `yes`, of zeros `no`. */
-static inline rti_v4i rti_v4i_pick(rti_v4i mask, rti_v4i yes, rti_v4i no)
+RTI_VEC rti_i4 rti_i4_pick(rti_i4 mask, rti_i4 yes, rti_i4 no)
 {
     return (mask & yes) | (~mask & no);
 }
 
-static inline rti_v4f rti_v4f_pick(rti_v4i mask, rti_v4f yes, rti_v4f no)
+RTI_VEC rti_f4 rti_f4_pick(rti_i4 mask, rti_f4 yes, rti_f4 no)
 {
-    return (rti_v4f)rti_v4i_pick(mask, (rti_v4i)yes, (rti_v4i)no);
+    return (rti_f4)rti_i4_pick(mask, (rti_i4)yes, (rti_i4)no);
 }
 
-static inline rti_vi rti_vi_pick(rti_vi mask, rti_vi yes, rti_vi no)
+/* Cut off behind the point; values must be in the range of int32_t. */
+RTI_VEC rti_i4 rti_f4_ints(rti_f4 a)
 {
-    return (mask & yes) | (~mask & no);
+    return __builtin_convertvector(a, rti_i4);
 }
 
-static inline rti_vf rti_vf_pick(rti_vi mask, rti_vf yes, rti_vf no)
+RTI_VEC rti_f4 rti_i4_floats(rti_i4 a)
 {
-    return (rti_vf)rti_vi_pick(mask, (rti_vi)yes, (rti_vi)no);
+    return __builtin_convertvector(a, rti_f4);
+}
+
+/* The first three; the fourth is 0. */
+RTI_VEC rti_f4 rti_f4_xyz(rti_f4 a)
+{
+    return (rti_f4)((rti_i4)a & (rti_i4){-1, -1, -1, 0});
+}
+
+/* a <= b in each of the first three */
+RTI_VEC bool rti_f4_below(rti_f4 a, rti_f4 b)
+{
+    return (rti_m4_bits(rti_f4_le(a, b)) & 7u) == 7u;
+}
+
+/* x y + y z + z x */
+RTI_VEC float rti_f4_area(rti_f4 a)
+{
+    rti_f4 p = a * (rti_f4){a[1], a[2], a[0], a[3]};
+    return (p[0] + p[1]) + p[2];
 }
 
 #endif

@@ -1,4 +1,5 @@
-/* Vectors for hot files (isa.h): rti_f4, and where the processor has them rti_f8 and rti_f16; RTI_SIMD is the widest.
+/* Vectors for hot files (isa.h): rti_f4, and where the processor has them rti_f8 and rti_f16; RTI_SIMD is the widest. Files that
+ * are compiled once have those of the compiler's baseline.
  *
  * They are the compiler's own vector types: + - * / and unary minus stand for themselves, are correctly rounded and are never
  * contracted. The rest, for N = 4, 8, 16 and masks rti_mN (whose form differs: only these functions may look inside):
@@ -9,6 +10,12 @@
  *   rti_fN_select(m, a, b)                            m ? a : b
  *   rti_mN_and(a, b)  _or(a, b)  _andnot(a, b)        a and not b
  *   rti_mN_bits(m)  _of(bits)                         lane i is bit i
+ *
+ * Where RTI_PACK is defined (AVX-512), of lanes chosen by bits, too:
+ *   rti_f8_pack(p, bits, a)  rti_u8_pack(p, bits, a)  the chosen lanes of a vector, or of a[8], side by side from p on; all eight
+ *                                                     places behind p are written
+ *   rti_f8_least(bits, a)     the lane that holds the least of the chosen, as good as 21 bits of mantissa tell, of equal ones the
+ *                             first; bits is not 0. Of negative ones, any
  */
 #ifndef RTI_SIMD_H
 #define RTI_SIMD_H
@@ -23,8 +30,8 @@
 #include "simd/avx512.h"
 #elif defined(__AVX2__)
 #include "simd/avx2.h"
-#elif defined(__SSE4_2__)
-#include "simd/sse42.h"
+#elif defined(__SSE4_2__) || (defined(__SSE2__) && !defined(RTI_ISA))
+#include "simd/sse.h"
 #elif defined(__ARM_NEON) && defined(__aarch64__)
 #include "simd/neon.h"
 #else
