@@ -21,7 +21,7 @@ void rti_bvh_split_begin(const rti_bvh_range *range, rti_bvh_split *s)
     s->scale = rti_f4_load(scale);
     s->cost = RTK_INF;
     s->axis = 3;
-    s->spatial = false;
+    s->spatial = s->wants_space = false;
     s->left = s->right = rti_bvh_nothing();
 }
 
