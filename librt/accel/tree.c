@@ -234,7 +234,7 @@ static bool slot_valid(const rtk_tree_header *h, const rtk_bvhnode *n, uint32_t 
         return child > node && child < h->node_count;
     if (child >= blocked)
         return count <= h->ref_count && child <= h->ref_count - count;
-    return child % RTK_BVH_BLOCK == 0 && count <= blocked - child; /* blocked is a multiple, too: so is what the leaf fills */
+    return count <= blocked - child;
 }
 
 static bool bvh_valid(const rtk_tree_header *h)

@@ -119,9 +119,9 @@ typedef struct rtk_bvhnode {
 } rtk_bvhnode;
 
 /* Four triangles of a leaf side by side: copies of their vertices, [axis][lane]. Block b is of refs[4 b] ... refs[4 b + 3]: a
- * leaf with child < 4 * block_count holds triangles alone, child is a multiple of 4, and its blocks are child / 4 to
- * (child + count + 3) / 4 - 1. What is over in the last one repeats the leaf's last triangle, in the block and in refs: it may be
- * tested like the others. Leaves over anything else have their references behind 4 * block_count; so have all where a tree has
+ * leaf with child < 4 * block_count holds triangles alone, and its blocks are child / 4 to (child + count + 3) / 4 - 1. Leaves of
+ * less than four triangles may share one; what is over in a block repeats a triangle of it, in the block and in refs. A walk may
+ * test whole blocks. Leaves over anything else have their references behind 4 * block_count; so have all where a tree has
  * no blocks. */
 #define RTK_BVH_BLOCK 4u
 typedef struct rtk_bvhblock {

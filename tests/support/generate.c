@@ -21,6 +21,23 @@ void test_mesh_soup(test_mesh *m, uint32_t count, float size, uint64_t seed)
     }
 }
 
+void test_mesh_globe(test_mesh *m, uint32_t n)
+{
+    for (uint32_t k = 0; k < n * n; k++) {
+        float v[4][3];
+        for (uint32_t q = 0; q < 4; q++) {
+            float up = 3.14159265f * (float)(k / n + (q >> 1)) / (float)n,
+                  round = 6.2831853f * (float)(k % n + (q & 1u)) / (float)n;
+            float r = 0.9f + 0.06f * sinf(9.0f * up) * cosf(7.0f * round) + 0.02f * sinf(61.0f * up) * sinf(83.0f * round);
+            v[q][0] = r * sinf(up) * cosf(round);
+            v[q][1] = r * cosf(up);
+            v[q][2] = r * sinf(up) * sinf(round);
+        }
+        test_mesh_add(m, v[0], v[1], v[3]);
+        test_mesh_add(m, v[0], v[3], v[2]);
+    }
+}
+
 void test_mesh_slivers(test_mesh *m, uint32_t count)
 {
     test_rng r = {77};

@@ -6,6 +6,8 @@
 
 /* Triangles anywhere, of about the given size. */
 void test_mesh_soup(test_mesh *m, uint32_t count, float size, uint64_t seed);
+/* A sphere of n rows of n bent quads, two triangles each, with hills and dales. */
+void test_mesh_globe(test_mesh *m, uint32_t n);
 /* Long thin triangles, some of no area. */
 void test_mesh_slivers(test_mesh *m, uint32_t count);
 /* Walls, floors and steps on a lattice of n x n, each of two triangles, some twice: coplanar neighbours, equal t. */
