@@ -11,35 +11,11 @@
 #define RTI_BVH_PACKET_H
 
 #include "bvh_lanes.h"
-#include "lane.h"
+#include "packet.h"
 
 #define PACKET       64u
 #define PACKET_FEW   8u /* rays that go singly */
 #define PACKET_NODES 6u /* nodes a ray that a packet may open before it has come apart */
-
-#if RTI_SIMD >= 16
-#define V(op)    rti_f16_##op
-#define VM(op)   rti_m16_##op
-#define vec      rti_f16
-#define tri_test rti_tri16
-#define tri_ray  rti_tri_ray16
-#define tri_hit  rti_tri_hit16
-#elif RTI_SIMD >= 8
-#define V(op)    rti_f8_##op
-#define VM(op)   rti_m8_##op
-#define vec      rti_f8
-#define tri_test rti_tri8
-#define tri_ray  rti_tri_ray8
-#define tri_hit  rti_tri_hit8
-#else
-#define V(op)    rti_f4_##op
-#define VM(op)   rti_m4_##op
-#define vec      rti_f4
-#define tri_test rti_tri4
-#define tri_ray  rti_tri_ray4
-#define tri_hit  rti_tri_hit4
-#endif
-#define LANES_ALL ((1u << RTI_SIMD) - 1u)
 
 /* What is known of the rays [0, PACKET) of a packet; a lane that is in none of its masks holds anything. */
 typedef struct packet {
@@ -83,41 +59,25 @@ RTI_VEC uint64_t packet_load(packet *p, const rtk_scene *scene, const rtk_trace_
         memset(p->axis, 0, sizeof p->axis);
     for (rtk_u32 at = 0u; at < PACKET && at < n; at += RTI_SIMD) {
         const rtk_trace_block *b = &rays[(first + at) / RTK_BLOCK];
-        rtk_u32 k = at % RTK_BLOCK;
-        vec big = V(set)(3.402823466e38f), ox = V(load)(b->ox + k), oy = V(load)(b->oy + k), oz = V(load)(b->oz + k);
-        vec dx = V(load)(b->dx + k), dy = V(load)(b->dy + k), dz = V(load)(b->dz + k);
-        vec t0 = V(load)(b->tmin + k), t1 = V(load)(b->tmax + k), ax = V(abs)(dx), ay = V(abs)(dy), az = V(abs)(dz);
-        vec m = V(max)(ax, V(max)(ay, az));
-        rtk_u32 ok = VM(bits)(V(le)(V(abs)(ox), big)) & VM(bits)(V(le)(V(abs)(oy), big)) & VM(bits)(V(le)(V(abs)(oz), big)) &
-                     VM(bits)(V(le)(ax, big)) & VM(bits)(V(le)(ay, big)) & VM(bits)(V(le)(az, big)) &
-                     VM(bits)(V(le)(V(set)(RTK_DIR_MIN), m)) & VM(bits)(V(le)(m, V(set)(RTK_DIR_MAX))) & VM(bits)(V(lt)(t0, t1));
-        vec d[3] = {dx, dy, dz}, o[3] = {ox, oy, oz};
-        rtk_u32 sign = 0u, x = VM(bits)(V(lt)(ay, ax)) & VM(bits)(V(lt)(az, ax)), y = VM(bits)(V(lt)(az, ay)) & ~x, signs[3];
+        rtk_u32 k = at % RTK_BLOCK, ok;
+        packet_rays r;
+        packet_rays_load(&r, b, k);
         for (rtk_u32 i = 0u; i < 3u; i++) {
-            vec inv = V(max)(V(set)(1.0f) / d[i], V(set)(-RTK_INV_MAX));
-            inv = V(min)(inv, V(set)(RTK_INV_MAX));
-            V(store)(p->inv[i] + at, inv);
-            V(store)(p->dir[i] + at, d[i]);
-            V(store)(p->org[i] + at, o[i]);
-            sign = VM(bits)(V(lt)(V(abs)(d[i]), V(set)(1.0e-30f))); /* tiny: the sign bit counts, as in rtk_inverse */
-            for (; sign != 0u; sign &= sign - 1u) {
-                rtk_u32 l = (rtk_u32)__builtin_ctz(sign);
-                p->inv[i][at + l] = rtk_inverse(p->dir[i][at + l]);
-            }
-            signs[i] = VM(bits)(V(lt)(V(load)(p->inv[i] + at), V(set)(0.0f)));
+            V(store)(p->inv[i] + at, r.inv[i]);
+            V(store)(p->dir[i] + at, r.dir[i]);
+            V(store)(p->org[i] + at, r.org[i]);
         }
-        V(store)(p->tmin + at, t0);
-        V(store)(p->tmax + at, t1);
-        V(store)(p->t + at, t1);
+        ok = r.valid;
+        V(store)(p->tmin + at, r.tmin);
+        V(store)(p->tmax + at, r.tmax);
+        V(store)(p->t + at, r.tmax);
         V(store)(p->u + at, V(set)(0.0f));
         V(store)(p->v + at, V(set)(0.0f));
         V(store)(p->prim + at, V(set)(rtk_float(RTK_INVALID)));
         V(store)(p->geom + at, V(set)(rtk_float(RTK_INVALID)));
         for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
-            p->axis[at + i] = (x >> i & 1u   ? 0u
-                               : y >> i & 1u ? 1u
-                                             : 2u) |
-                              (signs[0] >> i & 1u) << 2 | (signs[1] >> i & 1u) << 3 | (signs[2] >> i & 1u) << 4;
+            p->axis[at + i] = (r.axes[1] >> i & 1u) | (r.axes[2] >> i & 1u) << 1 | (r.back[0] >> i & 1u) << 2 |
+                              (r.back[1] >> i & 1u) << 3 | (r.back[2] >> i & 1u) << 4;
             p->mask[at + i] = b->mask[k + i];
         }
         if (n - at < RTI_SIMD)
@@ -132,29 +92,22 @@ RTI_VEC uint64_t packet_load(packet *p, const rtk_scene *scene, const rtk_trace_
 /* The rays prepared for a part (rtk_ray_prepare): returns those that meet it; far: those that start too far away for this. */
 RTI_VEC uint64_t packet_prepare(packet *p, const rtk_part *part, uint64_t rays, uint64_t *far)
 {
-    const float lo[3] = {part->lo.x, part->lo.y, part->lo.z}, hi[3] = {part->hi.x, part->hi.y, part->hi.z};
     uint64_t meet = 0u;
     *far = 0u;
     for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
         rtk_u32 want = packet_bits(rays, at), out;
-        vec t0 = V(set)(-RTK_INF), t1 = V(set)(RTK_INF), edge = V(set)(RTK_FAR * part->scale), tmin, tmax;
+        vec org[3], inv[3], t0, t1;
         if (want == 0u)
             continue;
-        out = 0u;
         for (rtk_u32 i = 0u; i < 3u; i++) {
-            vec o = V(load)(p->org[i] + at), inv = V(load)(p->inv[i] + at);
-            vec a = (V(set)(lo[i]) - o) * inv, b = (V(set)(hi[i]) - o) * inv;
-            t0 = V(max)(t0, V(min)(a, b));
-            t1 = V(min)(t1, V(max)(a, b));
-            out |= VM(bits)(V(lt)(edge, V(abs)(o)));
+            org[i] = V(load)(p->org[i] + at);
+            inv[i] = V(load)(p->inv[i] + at);
         }
-        tmin = V(load)(p->tmin + at);
-        tmax = V(load)(p->tmax + at);
+        meet |= (uint64_t)(want & packet_rays_enter(org, inv, V(load)(p->tmin + at), V(load)(p->tmax + at), part, &t0, &t1, &out))
+                << at;
         *far |= (uint64_t)(want & out) << at;
-        want &= ~out & VM(bits)(V(le)(t0, t1)) & ~VM(bits)(V(lt)(t1, tmin)) & ~VM(bits)(V(lt)(tmax, t0));
-        V(store)(p->t0 + at, V(max)(t0, tmin));
-        V(store)(p->t1 + at, V(min)(t1, tmax));
-        meet |= (uint64_t)want << at;
+        V(store)(p->t0 + at, t0);
+        V(store)(p->t1 + at, t1);
     }
     return meet;
 }

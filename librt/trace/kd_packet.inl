@@ -15,54 +15,24 @@ static void RTK_NAME(lane_prim)(kd_packet *p, uint32_t lane, uint32_t ref)
         kd_packet_answer(p, lane, &q, rtk_query_prim(&q, RTK_MODE, r, ref));
 }
 
-/* The subtree at `at` from t0 to t1 for one lane, as kd_stack.inl walks it; far_off: the whole tree, for a ray whose origin is
- * moved. */
-static void RTK_NAME(lane_walk)(kd_packet *p, uint32_t lane, uint32_t at, float t0, float t1, bool far_off)
+/* The rest of the walk for one lane: the subtree at `at` from t0 to t1. */
+static void RTK_NAME(lane_walk)(kd_packet *p, uint32_t lane, uint32_t at, float t0, float t1)
 {
-    rtk_u32 stack_node[RTK_KD_STACK], back[3], top = 0;
-    float stack_t1[RTK_KD_STACK];
-    const rtk_tree *tree = &p->part->kdtree;
     rtk_query q;
     kd_packet_query(p, lane, &q);
     const rtk_pray *r = kd_packet_ray(p, lane, q.ray);
-    int hit = 0;
-    if (!r)
-        return;
-    const float org[3] = {r->org.x, r->org.y, r->org.z}, inv[3] = {r->inv.x, r->inv.y, r->inv.z};
-    if (far_off) {
-        t0 = r->t0;
-        t1 = r->t1;
-    }
-    for (uint32_t a = 0; a < 3; a++)
-        back[a] = rtk_bits(inv[a]) >> 31;
-    while (!rtk_query_done(&q, RTK_MODE, r, 0.0f, t0)) {
-        rtk_kdnode n = tree->kd[at];
-        while ((n.b & 3u) != RTK_KD_LEAF) {
-            rtk_u32 axis = n.b & 3u, child = n.b >> 2;
-            float t = (rtk_float(n.a) - org[axis]) * inv[axis];
-            at = child + back[axis];
-            if (t < t1) {
-                rtk_u32 far = child + (1u - back[axis]);
-                if (t <= t0) {
-                    at = far;
-                } else {
-                    stack_node[top] = far;
-                    stack_t1[top++] = t1;
-                    t1 = t;
-                }
-            }
-            n = tree->kd[at];
-        }
-        for (uint32_t i = 0; i < n.b >> 2 && !hit; i++)
-            hit = rtk_query_prim(&q, RTK_MODE, r, tree->refs[n.a + i]);
-        if (hit || top == 0)
-            break;
-        top--;
-        t0 = t1;
-        t1 = stack_t1[top];
-        at = stack_node[top];
-    }
-    kd_packet_answer(p, lane, &q, hit);
+    if (r)
+        kd_packet_answer(p, lane, &q, RTK_NAME(group_walk_from)(&q, p->part->kdtree, r, 0.0f, at, t0, t1));
+}
+
+/* The whole part for one lane, whose origin is moved. */
+static void RTK_NAME(lane_part)(kd_packet *p, uint32_t lane)
+{
+    rtk_query q;
+    kd_packet_query(p, lane, &q);
+    const rtk_pray *r = kd_packet_ray(p, lane, q.ray);
+    if (r)
+        kd_packet_answer(p, lane, &q, RTK_NAME(group_walk)(&q, p->part->kdtree, p->part->count, r, 0.0f));
 }
 
 /* A triangle of a leaf for `lanes`. */
@@ -71,26 +41,30 @@ static inline void RTK_NAME(packet_tri)(kd_packet *p, uint32_t ref, uint32_t lan
     const rtk_group *g = p->scene->groups;
     const rtk_tri *tri = &g->tris[ref];
     const rtk_geom *geom = &g->geoms[tri->geom];
-    rti_vf t, u, v;
-    uint32_t rough, hit = kd_packet_tri(p, tri, lanes, &t, &u, &v, &rough);
-    if (!(hit | rough))
+    tri_hit h;
+    if (kd_packet_tri(p, tri, lanes, &h) == 0)
         return;
+    uint32_t hit = h.hit, rough = h.doubt;
     if (geom->flags & RTK_GEOM_ALPHA) {
         rough |= hit;
     } else {
-        hit &= ~rti_bits(rti_same(p->mask & (int32_t)geom->mask, (rti_vi){0}));
+        for (uint32_t i = 0; i < RTI_SIMD && geom->mask != 0xffffffffu; i++)
+            hit &= ~((p->masks[i] & geom->mask ? 0u : 1u) << i);
         if (RTK_MODE & RTK_MODE_ANY) {
             p->done |= hit;
         } else {
-            rti_vi prim = (rti_vi){0} + (int32_t)tri->prim, at = (rti_vi){0} + (int32_t)tri->geom;
-            uint32_t met = rti_bits((rti_vm)(rti_same(p->prim, prim) & rti_same(p->geom, at))); /* in another leaf */
-            rti_vm take = rti_mask(hit & rti_bits(rti_lt(t, p->t)));
-            rough |= hit & rti_bits(rti_eq(t, p->t)) & ~met;
-            p->t = rti_pick(take, t, p->t);
-            p->u = rti_pick(take, u, p->u);
-            p->v = rti_pick(take, v, p->v);
-            p->prim = rti_pick_int(take, prim, p->prim);
-            p->geom = rti_pick_int(take, at, p->geom);
+            uint32_t same = hit & VM(bits)(V(eq)(h.t, p->t));
+            for (; same; same &= same - 1) { /* met in another leaf, or the order of hits decides */
+                uint32_t i = (uint32_t)__builtin_ctz(same);
+                if (rtk_bits(p->prim[i]) != tri->prim || rtk_bits(p->geom[i]) != tri->geom)
+                    rough |= 1u << i;
+            }
+            const vmask take = VM(of)(hit & VM(bits)(V(lt)(h.t, p->t)));
+            p->t = V(select)(take, h.t, p->t);
+            p->u = V(select)(take, h.u, p->u);
+            p->v = V(select)(take, h.v, p->v);
+            p->prim = V(select)(take, V(set)(rtk_float(tri->prim)), p->prim);
+            p->geom = V(select)(take, V(set)(rtk_float(tri->geom)), p->geom);
         }
     }
     if (RTK_MODE & RTK_MODE_ANY)
@@ -117,38 +91,38 @@ static inline void RTK_NAME(packet_leaf)(kd_packet *p, rtk_kdnode leaf, uint32_t
 }
 
 /* Rays of one octant through the part. */
-static void RTK_NAME(packet_walk)(kd_packet *p, const uint32_t back[3], uint32_t lanes)
+static void RTK_NAME(packet_walk)(kd_packet *p, uint32_t lanes)
 {
     kd_waiting stack[RTK_KD_STACK];
     const rtk_kdnode *kd = p->part->kdtree.kd;
-    rti_vf t0 = p->t0, t1 = p->t1;
+    vec t0 = p->t0, t1 = p->t1;
     uint32_t at = 0, top = 0, first = (uint32_t)__builtin_ctz(lanes);
-    uint32_t high[3] = {back[0] >> first & 1u, back[1] >> first & 1u, back[2] >> first & 1u};
+    uint32_t high[3] = {p->r.back[0] >> first & 1u, p->r.back[1] >> first & 1u, p->r.back[2] >> first & 1u};
     for (;;) {
         if (!(RTK_MODE & RTK_MODE_ANY))
-            lanes &= ~rti_bits(rti_lt(p->t, t0));
+            lanes &= ~VM(bits)(V(lt)(p->t, t0));
         else
             lanes &= ~p->done;
         if (lanes && (lanes & (lanes - 1)) == 0) { /* come apart */
             uint32_t lane = (uint32_t)__builtin_ctz(lanes);
-            RTK_NAME(lane_walk)(p, lane, at, t0[lane], t1[lane], false);
+            RTK_NAME(lane_walk)(p, lane, at, t0[lane], t1[lane]);
             lanes = 0;
         }
         if (lanes) {
             rtk_kdnode n = kd[at];
             while ((n.b & 3u) != RTK_KD_LEAF) {
                 uint32_t axis = n.b & 3u, near = (n.b >> 2) + high[axis], far = (n.b >> 2) + (1u - high[axis]);
-                rti_vf t = (rtk_float(n.a) - p->org[axis]) * p->inv[axis];
-                rti_vm beyond = rti_lt(t, t1), before = rti_le(t, t0);
-                uint32_t to_far = rti_bits(beyond) & lanes, to_near = lanes & ~(to_far & rti_bits(before));
+                vec t = (V(set)(rtk_float(n.a)) - p->r.org[axis]) * p->r.inv[axis];
+                vmask beyond = V(lt)(t, t1), before = V(le)(t, t0);
+                uint32_t to_far = VM(bits)(beyond) & lanes, to_near = lanes & ~(to_far & VM(bits)(before));
                 at = to_near ? near : far;
                 if (to_far && to_near) {
                     kd_waiting *w = &stack[top++];
-                    w->t0 = rti_pick(before, t0, t);
+                    w->t0 = V(select)(before, t0, t);
                     w->t1 = t1;
                     w->node = far;
                     w->lanes = to_far;
-                    t1 = rti_pick(beyond, t, t1);
+                    t1 = V(select)(beyond, t, t1);
                     lanes = to_near;
                 }
                 n = kd[at];
@@ -167,17 +141,14 @@ static void RTK_NAME(packet_walk)(kd_packet *p, const uint32_t back[3], uint32_t
 
 static void RTK_NAME(packet_part)(kd_packet *p, const rtk_part *part)
 {
-    uint32_t far, rest = kd_packet_prepare(p, part, &far), axes[3], back[3];
-    for (int a = 0; a < 3; a++)
-        back[a] = rti_bits((rti_vm)rti_lt(p->inv[a], rti_vf_all(0.0f)));
-    kd_packet_axes(p, axes);
+    uint32_t far, rest = kd_packet_prepare(p, part, &far);
     while (rest) {
-        uint32_t group = kd_packet_together(p, axes, back, rest);
-        RTK_NAME(packet_walk)(p, back, group);
+        uint32_t group = kd_packet_together(p, rest);
+        RTK_NAME(packet_walk)(p, group);
         rest &= ~group;
     }
     for (; far; far &= far - 1)
-        RTK_NAME(lane_walk)(p, (uint32_t)__builtin_ctz(far), 0, 0.0f, 0.0f, true);
+        RTK_NAME(lane_part)(p, (uint32_t)__builtin_ctz(far));
 }
 
 /* Planes before everything else, instances behind it: a ray at a time. */
@@ -202,8 +173,8 @@ static void RTK_NAME(packet_finish)(kd_packet *p, rtk_hit_block *hits, uint32_t 
             h->t[lane] = p->t[i];
             h->u[lane] = p->u[i];
             h->v[lane] = p->v[i];
-            h->prim[lane] = (rtk_u32)p->prim[i];
-            h->geom[lane] = (rtk_u32)p->geom[i];
+            h->prim[lane] = rtk_bits(p->prim[i]);
+            h->geom[lane] = rtk_bits(p->geom[i]);
             h->inst[lane] = RTK_INVALID;
         }
         return;
@@ -222,8 +193,8 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
                               uint32_t count, rti_scratch *scratch)
 {
     const rtk_group *g = scene->groups;
-    for (uint32_t first = 0; first < count; first += RTI_LANES) {
-        uint32_t n = count - first < RTI_LANES ? count - first : RTI_LANES;
+    for (uint32_t first = 0; first < count; first += RTI_SIMD) {
+        uint32_t n = count - first < RTI_SIMD ? count - first : RTI_SIMD;
         kd_packet p;
         kd_packet_load(&p, scene, rays, first, n, scratch);
         if (g->plane_count > 0)

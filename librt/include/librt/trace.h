@@ -27,7 +27,7 @@ RT_API void rt_tracer_destroy(rt_tracer *tracer);
 typedef struct rt_tracer_info {
     const char *name;        /**< of the tracer that answers; "auto" comes out as what it stands for */
     const char *tree;        /**< kind of its trees, as in rt_tree_info; NULL: it needs none */
-    uint32_t width;          /**< rays handled together; 1: one at a time */
+    uint32_t width;          /**< rays handled together without a hint; 1: one at a time */
     uint32_t trees;          /**< of all groups, their parts and the top level */
     uint64_t tree_bytes;     /**< of these trees: nodes, leaves and what leaves hold */
     uint64_t geometry_bytes; /**< triangles and shapes as every tracer reads them, beside the trees */

@@ -41,8 +41,9 @@ RT_API rt_tree_query rt_tree_query_default(void);
 /** One cell; it lives as long as the call. Non-zero ends the walk. */
 typedef int (*rt_tree_cell_fn)(void *user, const rt_tree_cell *cell);
 
-/** Calls fn for the cells of a tree, in the tree's own order, on the calling thread. Leaves of a kd-tree or an octree tile its root box; those of a BVH overlap and leave gaps. A group
- *  without bounded geometry, or a top level without instances, has no cells.
+/** Calls fn for the cells of a tree, in the tree's own order, on the calling thread. Leaves of a kd-tree or an octree tile its
+ *  root box; those of a BVH overlap and leave gaps. A group without bounded geometry, or a top level without instances, has no
+ *  cells.
  *  Errors   ARGUMENT (the tracer has no tree, there is no such group or part, no plane), STATE (not committed), MEMORY, MEMORY_LIMIT, CANCELLED (fn ended it)
  *  Threads  any */
 RT_API rt_status rt_scene_tree_cells(const rt_scene *scene, const rt_tree_query *query, rt_tree_cell_fn fn, void *user);

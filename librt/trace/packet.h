@@ -1,0 +1,87 @@
+/* What packets of every tree share, for hot files: the widest vectors under one name, rays loaded and prepared in them, and one
+ * lane as a query of its own. */
+#ifndef RTI_PACKET_H
+#define RTI_PACKET_H
+
+#include "lane.h"
+#include "tri_lanes.h"
+
+#if RTI_SIMD >= 16
+#define V(op)    rti_f16_##op
+#define VM(op)   rti_m16_##op
+#define vec      rti_f16
+#define vmask    rti_m16
+#define tri_test rti_tri16
+#define tri_ray  rti_tri_ray16
+#define tri_hit  rti_tri_hit16
+#elif RTI_SIMD >= 8
+#define V(op)    rti_f8_##op
+#define VM(op)   rti_m8_##op
+#define vec      rti_f8
+#define vmask    rti_m8
+#define tri_test rti_tri8
+#define tri_ray  rti_tri_ray8
+#define tri_hit  rti_tri_hit8
+#else
+#define V(op)    rti_f4_##op
+#define VM(op)   rti_m4_##op
+#define vec      rti_f4
+#define vmask    rti_m4
+#define tri_test rti_tri4
+#define tri_ray  rti_tri_ray4
+#define tri_hit  rti_tri_hit4
+#endif
+#define LANES_ALL ((1u << RTI_SIMD) - 1u)
+
+/* RTI_SIMD rays of a block. valid: rtk_ray_valid; axes, back: the dominant axis and the negative directions, a bit a lane. */
+typedef struct packet_rays {
+    vec org[3], dir[3], inv[3], tmin, tmax;
+    rtk_u32 valid, axes[3], back[3];
+} packet_rays;
+
+RTI_VEC void packet_rays_load(packet_rays *r, const rtk_trace_block *b, rtk_u32 lane)
+{
+    const float *org[3] = {b->ox + lane, b->oy + lane, b->oz + lane}, *dir[3] = {b->dx + lane, b->dy + lane, b->dz + lane};
+    const vec most = V(set)(3.402823466e38f), zero = V(set)(0.0f), top = V(set)(RTK_INV_MAX);
+    vec size[3], longest;
+    r->tmin = V(load)(b->tmin + lane);
+    r->tmax = V(load)(b->tmax + lane);
+    r->valid = VM(bits)(V(lt)(r->tmin, r->tmax));
+    for (rtk_u32 a = 0u; a < 3u; a++) {
+        vec d = V(load)(dir[a]), inv = V(set)(1.0f) / d, flat = V(select)(V(lt)(inv, zero), -top, top); /* rtk_inverse */
+        r->org[a] = V(load)(org[a]);
+        r->dir[a] = d;
+        size[a] = V(abs)(d);
+        r->inv[a] = V(select)(V(lt)(size[a], V(set)(1.0e-30f)), flat, V(min)(V(max)(inv, -top), top));
+        r->back[a] = VM(bits)(V(lt)(r->inv[a], zero));
+        r->valid &= VM(bits)(V(le)(V(abs)(r->org[a]), most)) & VM(bits)(V(le)(size[a], most));
+    }
+    longest = V(max)(V(max)(size[0], size[1]), size[2]);
+    r->valid &= VM(bits)(V(le)(V(set)(RTK_DIR_MIN), longest)) & VM(bits)(V(le)(longest, V(set)(RTK_DIR_MAX)));
+    r->axes[0] = VM(bits)(V(lt)(size[1], size[0])) & VM(bits)(V(lt)(size[2], size[0]));
+    r->axes[1] = VM(bits)(V(lt)(size[2], size[1])) & ~r->axes[0];
+    r->axes[2] = LANES_ALL & ~(r->axes[0] | r->axes[1]);
+}
+
+/* What rtk_ray_prepare settles: returns the lanes that enter the part, and where. far: those whose origins would be moved. */
+RTI_VEC rtk_u32 packet_rays_enter(const vec org[3], const vec inv[3], vec tmin, vec tmax, const rtk_part *part, vec *t0, vec *t1,
+                                  rtk_u32 *far)
+{
+    const float lo[3] = {part->lo.x, part->lo.y, part->lo.z}, hi[3] = {part->hi.x, part->hi.y, part->hi.z};
+    const vec edge = V(set)(RTK_FAR * part->scale);
+    vec in = V(set)(-RTK_INF), out = V(set)(RTK_INF);
+    rtk_u32 meet;
+    *far = 0u;
+    for (rtk_u32 a = 0u; a < 3u; a++) {
+        vec x = (V(set)(lo[a]) - org[a]) * inv[a], y = (V(set)(hi[a]) - org[a]) * inv[a];
+        in = V(max)(in, V(min)(x, y));
+        out = V(min)(out, V(max)(x, y));
+        *far |= VM(bits)(V(lt)(edge, V(abs)(org[a])));
+    }
+    meet = VM(bits)(V(le)(in, out)) & ~VM(bits)(V(lt)(out, tmin)) & ~VM(bits)(V(lt)(tmax, in));
+    *t0 = V(max)(in, tmin);
+    *t1 = V(min)(out, tmax);
+    return meet & ~*far;
+}
+
+#endif
