@@ -12,6 +12,10 @@ methods.__index = methods
 
 local FORMAT = 1
 local OURS = { "results.csv", "results.json", "runs.csv", "machine.json", "plan.json", "images", "maps", "reference", "index.html" }
+local IS_OURS = {}
+for _, name in ipairs(OURS) do
+  IS_OURS[name] = true
+end
 
 local function quote(path)
   return "'" .. words.quote(path, 4096) .. "'"
@@ -157,7 +161,8 @@ local function forget(self)
   for _, list in ipairs { self.images, self.metrics } do
     for _, record in next, list do -- in any order
       local name = record.file or record.map
-      if type(name) == "string" and not name:find("..", 1, true) then
+      local folder, file = tostring(name):match "^(%l+)/([^/]+)$" -- a journal may come from anybody
+      if (folder == "images" or folder == "maps") and file ~= "." and file ~= ".." then
         os.remove(self.path(name))
       end
     end
@@ -166,6 +171,18 @@ local function forget(self)
     os.remove(self.path("reference/" .. name))
   end
   self.runs, self.images, self.metrics, self.failures, self.machines, self.machine_list, self.header = {}, {}, {}, {}, {}, {}, nil
+end
+
+-- Removes what a process that was killed had half written: tables (methods.replace) and images (rt_image_save). Only who holds the lock may.
+local function remove_unfinished(self)
+  for _, folder in ipairs { "", "images/", "maps/", "reference/" } do
+    for _, name in ipairs(core.list_folder(self.path(folder)) or {}) do
+      local table_name = folder == "" and name:match "^(.+)%.%d+%.part$"
+      if name:find "^%.rtray%-%d+%-%d+%.part$" or table_name and IS_OURS[table_name] then
+        os.remove(self.path(folder .. name))
+      end
+    end
+  end
 end
 
 local function refuse_strangers(self, scene)
@@ -239,6 +256,7 @@ function sweep_folder.open(folder, scene, o)
   if not o.force then
     refuse_mixing(self)
   end
+  remove_unfinished(self)
   self.journal, why = core.journal_open(self.path "journal.jsonl", size)
   if not self.journal then
     fault("the journal in %s cannot be written: %s", quote(folder), why)

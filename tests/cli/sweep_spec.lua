@@ -109,6 +109,24 @@ describe("rtray sweep", function()
     assert.equal(0, rtray({ "report", "o", cwd = folder }).status)
   end)
 
+  it("removes nothing but its own images with --restart, whatever a journal says", function()
+    local folder = support.folder()
+    scene(folder)
+    assert.equal(0, sweep(folder, "--over", "radius=1").status)
+    local made = read_csv(folder .. "/out/results.csv")[1].image
+    local journal = support.read(folder .. "/out/journal.jsonl")
+    support.shell("mkdir out/sub && touch out/sub/x out/thesis.tex", folder)
+    for i, name in ipairs { "thesis.tex", "sub/x", "images/../thesis.tex", "../x.lua" } do
+      journal = journal .. ('{"t":"image","key":"%032x","file":"%s","bytes":1,"hash":"%016x"}\n'):format(i, name, i)
+    end
+    support.write(folder .. "/out/journal.jsonl", journal)
+    assert.equal(0, sweep(folder, "--over", "radius=2", "--restart").status)
+    for _, name in ipairs { "out/thesis.tex", "out/sub/x", "x.lua" } do
+      assert.is_true(support.exists(folder .. "/" .. name), name)
+    end
+    assert.is_false(support.exists(folder .. "/out/" .. made))
+  end)
+
   it("does not wait for a pipe in the place of its journal", function()
     local folder = support.folder()
     scene(folder)
@@ -183,6 +201,10 @@ describe("rtray sweep", function()
     for i = 1, 10 do
       support.shell(("timeout -s KILL %.3f %s"):format(0.05 + (i * 0.618 % 1) * 0.4, support.command(args)), folder)
     end
+    -- what a kill in the middle of a table or an image leaves, and what only looks like it
+    for _, name in ipairs { "results.csv.1.part", "images/.rtray-1-0.part", "mine.1.part", "images/mine.part" } do
+      support.write(folder .. "/out/" .. name, "half of it")
+    end
     args.cwd = folder
     local r = rtray(args)
     assert.equal(0, r.status, r.err)
@@ -201,7 +223,7 @@ describe("rtray sweep", function()
       seen[row.key .. row.run] = nil
     end
     assert.is_nil(next(seen))
-    assert.equal("", support.shell("ls out/images out | grep part", folder).out)
+    assert.equal("mine.1.part\nmine.part\n", support.shell("ls -A out/images out | grep part", folder).out)
   end)
 
   it("notes a point that fails, does the others and ends with 1", function()
