@@ -261,6 +261,11 @@ describe("rt.sweep", function()
       local results = rt.sweep {
         scene = path, over = { radius = ("1:%d"):format(count) }, in_process = true, output = folder .. "/out",
         measure = function()
+          if #peaks % 10 == 0 then -- the peak is to show what is kept, not how much garbage a cycle of Lua's collector happens to meet
+            local at = os.clock()
+            collectgarbage()
+            begun = begun + (os.clock() - at)
+          end
           peaks[#peaks + 1] = core.usage().max_rss
           return {}
         end,
@@ -274,8 +279,7 @@ describe("rt.sweep", function()
       print(("# %.2f ms of CPU a point beside its work"):format(each))
       assert(not full or os.getenv "RT_TEST_SLOW" or each < 5, ("%.2f ms a point"):format(each))
       if not os.getenv "RT_TEST_SLOW" then
-        -- in bytes; a quarter of a MiB of resident pages is noise
-        assert(peaks[count] <= 1.01 * peaks[100] + 256 * 1024, ("peak memory grows from %d to %d"):format(peaks[100], peaks[count]))
+        assert(peaks[count] <= 1.01 * peaks[100], ("peak memory grows from %d to %d"):format(peaks[100], peaks[count]))
       end
     end)
   end)
