@@ -7,7 +7,8 @@
 #   fuzz      each reader some seconds under libFuzzer
 #   lint      luacheck, clang-format, clang-tidy, shellcheck: those that are installed
 #
-# LIBRT_FULL=1: the long figures, and fuzzing for minutes. A variant's log is out/matrix/VARIANT.log.
+# LIBRT_FULL=1: the long figures, fuzzing for minutes, and every test and instruction set in every variant; without it a variant leaves out
+# what another has shown already (below). A variant's log is out/matrix/VARIANT.log.
 set -u
 cd "$(dirname "$0")/.." || exit 1
 ROOT=$(pwd)
@@ -118,17 +119,36 @@ lint() {
     fi
 }
 
+# What is left out where it would be shown twice. Clang: the program and the collector's stress are Lua and GCC's; real meshes are the
+# release's. Bare: its kernels are the release's objects. Sanitizers: one instruction set beside generic where memory counts, none where
+# threads and readers do.
 seconds=5
-[ "$FULL" = 0 ] || seconds=300
+clang_less='^cli\.|\.gc$|\.generational$|^lua\.alloc$|^variants\.tracers(\.sse42)?$|^hash\.sse42$'
+bare_less='^variants\.|^hash\.(generic|sse42|avx2)$|^unit\.(kernel_|tri_lanes$|lanes$|motion$|camera$|tree$|render_|base$)'
+asan_less='^cli\.tutorial$|^hash\.generic$|^variants\.'
+asan_isas=AUTO
+few_isas=NONE
+slow='slow|source'
+case $(uname -m) in x86_64 | amd64) asan_isas=avx2 ;; esac
+if [ "$FULL" != 0 ]; then
+    seconds=300
+    clang_less='^$'
+    bare_less='^$'
+    asan_less='^$'
+    slow=source
+    asan_isas=AUTO
+    few_isas=AUTO
+fi
 started=$(now)
 for variant in "$@"; do
     case $variant in
     release) build release all && check release ;;
-    clang | bare) build "$variant" all && check "$variant" -LE 'slow|source|levels' -E '^cli\.|\.gc$|\.generational$' && compare_hashes "$variant" ;;
-    asan) build asan all && check asan -LE 'slow|source|levels' -E '^cli\.tutorial$|^hash\.(generic|sse|avx)' && compare_hashes asan ;;
-    tsan) build tsan tests_threads && check tsan -L threads && compare_hashes tsan ;;
-    msan) build msan tests_readers && check msan -L readers ;;
-    fuzz) build fuzz tests_fuzz "-DLIBRT_FUZZ_SECONDS=$seconds" && check fuzz -L fuzz ;;
+    clang) build clang all && check clang -LE "$slow" -E "$clang_less" && compare_hashes clang ;;
+    bare) build bare all && check bare -LE "$slow" -E "$bare_less" && compare_hashes bare ;;
+    asan) build asan all "-DLIBRT_ISAS=$asan_isas" && check asan -LE "$slow" -E "$asan_less" && compare_hashes asan ;;
+    tsan) build tsan tests_threads "-DLIBRT_ISAS=$few_isas" && check tsan -L threads && compare_hashes tsan ;;
+    msan) build msan tests_readers "-DLIBRT_ISAS=$few_isas" && check msan -L readers ;;
+    fuzz) build fuzz tests_fuzz "-DLIBRT_ISAS=$few_isas" "-DLIBRT_FUZZ_SECONDS=$seconds" && check fuzz -L fuzz ;;
     lint) lint ;;
     *)
         echo "matrix.sh: no variant is called $variant" >&2
