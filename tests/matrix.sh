@@ -125,7 +125,7 @@ lint() {
 seconds=5
 clang_less='^cli\.|\.gc$|\.generational$|^lua\.alloc$|^variants\.tracers(\.sse42)?$|^hash\.sse42$'
 bare_less='^variants\.|^hash\.(generic|sse42|avx2)$|^unit\.(kernel_|tri_lanes$|lanes$|motion$|camera$|tree$|render_|base$)'
-asan_less='^cli\.tutorial$|^hash\.generic$|^variants\.'
+asan_less='^cli\.tutorial$|^hash\.generic$|^variants\.tracers(\.generic)?$'
 asan_isas=AUTO
 few_isas=NONE
 slow='slow|source'

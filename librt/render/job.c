@@ -52,9 +52,10 @@ rt_job_state rt_job_poll(rt_job *job, float *progress)
 {
     if (job->mode == RTI_JOB_DRIVEN && state_of(job) == RT_JOB_RUNNING)
         rti_job_drive(job, POLL_SECONDS);
+    rt_job_state state = report(job); /* first: tiles that finish meanwhile may count, but DONE never comes with less than all */
     if (progress)
         *progress = progress_of(job);
-    return report(job);
+    return state;
 }
 
 /* The tile behind *cursor in the order of finishing, if there is one. */
