@@ -67,19 +67,20 @@ bool rti_isa_runs(rti_isa isa)
     switch (isa) {
     case RTI_ISA_GENERIC:
         return true;
-#define RUNS(name, level)                                                                                                        \
+#define COMPILED(name, level)                                                                                                    \
     case level:                                                                                                                  \
-        return machine_runs(level);
+        break;
         /* clang-format off */
-    RTI_ISA_X_SSE42(RUNS)
-    RTI_ISA_X_AVX2(RUNS)
-    RTI_ISA_X_AVX512(RUNS)
-    RTI_ISA_X_NEON(RUNS)
+    RTI_ISA_X_SSE42(COMPILED)
+    RTI_ISA_X_AVX2(COMPILED)
+    RTI_ISA_X_AVX512(COMPILED)
+    RTI_ISA_X_NEON(COMPILED)
     default:
         return false;
         /* clang-format on */
-#undef RUNS
+#undef COMPILED
     }
+    return machine_runs(isa);
 }
 
 rti_isa rti_isa_best(void)

@@ -1,7 +1,7 @@
 /* One mode of brute force. Included by modes.inl. */
 #include "../kernel/scene_trace.inl"
 
-/* A part of the scene's own group: its triangles sixteen rays at a time, its shapes. */
+/* A part of the scene's own group: its triangles many rays at a time, its shapes. */
 static void RTK_NAME(part)(rtk_query *q, int *done, uint32_t count, const rtk_part *part)
 {
     rtk_pray prepared[MANY];
