@@ -121,11 +121,11 @@ lint() {
 
 # What is left out where it would be shown twice. Clang: the program and the collector's stress are Lua and GCC's; real meshes are the
 # release's. Bare: its kernels are the release's objects. Sanitizers: one instruction set beside generic where memory counts, none where
-# threads and readers do.
+# threads and readers do; of the program, what more than its Lua does.
 seconds=5
 clang_less='^cli\.|\.gc$|\.generational$|^lua\.alloc$|^variants\.tracers(\.sse42)?$|^hash\.sse42$'
 bare_less='^variants\.|^hash\.(generic|sse42|avx2)$|^unit\.(kernel_|tri_lanes$|lanes$|motion$|camera$|tree$|render_|base$)'
-asan_less='^cli\.tutorial$|^hash\.generic$|^variants\.tracers(\.generic)?$'
+asan_less='^cli\.(animate|bench|report|sdf|sweep|tree|tutorial)|^hash\.generic$|^variants\.tracers(\.generic)?$'
 asan_isas=AUTO
 few_isas=NONE
 slow='slow|source'

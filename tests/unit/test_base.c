@@ -13,6 +13,7 @@
 
 #include <cmocka.h>
 
+#include "../support/many.h"
 #include "base/base.h"
 
 static rt_context *make(uint32_t workers, uint64_t limit)
@@ -162,7 +163,7 @@ static void test_numbers(void **state)
         assert_memory_equal(&mine, &theirs, sizeof mine);
     }
     uint64_t r = 88172645463325252ull;
-    for (int i = 0; i < 200000; i++) {
+    for (int i = 0; i < TEST_MANY(200000); i++) {
         char text[64];
         double x, y;
         r ^= r << 13, r ^= r >> 7, r ^= r << 17;

@@ -6,11 +6,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "../support/many.h"
 #include "render_scenes.h"
 
 #include "base/base.h"
 #include "render/checkpoint.h"
 #include "render/job.h"
+
+enum { WIDTH = 90, HEIGHT = TEST_SANITIZED ? 20 : 70 };
 
 static rt_context *ctx;
 static rt_scene *scene;
@@ -127,7 +130,7 @@ static void test_pieces(void **state)
     static const char *const integrators[] = {"whitted", "path", "ao", "normal", "cost"};
     (void)state;
     for (size_t i = 0; i < RTI_COUNT(integrators); i++) {
-        rt_render_desc d = settings(90, 70, 16, integrators[i]);
+        rt_render_desc d = settings(WIDTH, HEIGHT, 16, integrators[i]);
         uint32_t runs, begun;
         outcome want, got;
         d.tile = 16;
@@ -159,7 +162,7 @@ static void test_within_a_tile(void **state)
 /* Written every few milliseconds while it runs, by 1 to 4 workers. */
 static void test_while_running(void **state)
 {
-    rt_render_desc d = settings(90, 70, 64, "path");
+    rt_render_desc d = settings(WIDTH, HEIGHT, 64, "path");
     outcome want, got;
     (void)state;
     d.tile = 16;
@@ -181,7 +184,7 @@ static void test_while_running(void **state)
 /* kill -9 at any moment: a child renders, is killed, the next goes on. */
 static void test_killed(void **state)
 {
-    rt_render_desc d = settings(90, 70, 64, "path");
+    rt_render_desc d = settings(WIDTH, HEIGHT, 64, "path");
     outcome want, got;
     uint32_t kills = 0, random = 12345, resumed = 0;
     (void)state;
@@ -263,7 +266,7 @@ static void refused(rt_scene *s, const rt_render_desc *d, rt_status status, cons
 
 static void test_refused(void **state)
 {
-    rt_render_desc d = settings(90, 70, 64, "path"), other;
+    rt_render_desc d = settings(WIDTH, HEIGHT, 64, "path"), other;
     rt_scene *changed = make_scene(ctx, 0.2f);
     (void)state;
     d.tile = 16;
@@ -354,7 +357,7 @@ static void test_damaged(void **state)
 /* A disk that is full later: the render goes on and is whole, what stands there stays. */
 static void test_disk_full(void **state)
 {
-    rt_render_desc d = settings(90, 70, 64, "path");
+    rt_render_desc d = settings(WIDTH, HEIGHT, 64, "path");
     struct rlimit before, small;
     rt_checkpoint_stats c;
     outcome want, got;
@@ -390,7 +393,7 @@ static int cancel_at(void *user, const rt_tile *tile, const rt_image *image)
 
 static void test_callback(void **state)
 {
-    rt_render_desc d = settings(90, 70, 8, "whitted");
+    rt_render_desc d = settings(WIDTH, HEIGHT, 8, "whitted");
     outcome want, got;
     (void)state;
     d.tile = 16;

@@ -6,6 +6,7 @@
 #include <setjmp.h>
 #include <cmocka.h>
 
+#include "../support/many.h"
 #include "kernel/triangle.h"
 #include "kernel_random.h"
 
@@ -132,7 +133,7 @@ static void hits_are_on_the_triangle(void **state)
             rng g = {0x9e3779b97f4a7c15u + (uint64_t)(w * 8 + kind)};
             real worst = 0;
             int hits = 0;
-            for (int i = 0; i < 60000; i++) {
+            for (int i = 0; i < TEST_MANY(60000); i++) {
                 rtk_vec3 v[3], box[2], org, target, dir, at = rtk_v3(worlds[w].move, -worlds[w].move, 0.5f * worlds[w].move);
                 make_triangle(&g, (shape_kind)kind, v);
                 for (int k = 0; k < 3; k++)
@@ -153,7 +154,7 @@ static void hits_are_on_the_triangle(void **state)
             }
             print_message("size %-7g moved %-6g %-8s %6d hits, worst distance %5.1Lf u scale\n", (double)worlds[w].size,
                           (double)worlds[w].move, kind_names[kind], hits, worst * 16777216.0L);
-            assert_true(hits > 500);
+            assert_true(hits > TEST_MANY(500));
             assert_true(worst < RTK_DELTA);
         }
     }
@@ -167,7 +168,7 @@ static void far_origins_stay_on_the_ray(void **state)
     rng g = {123};
     real worst_off = 0, worst_t = 0;
     int moved = 0;
-    for (int i = 0; i < 100000; i++) {
+    for (int i = 0; i < TEST_MANY(100000); i++) {
         float far = powf(10.0f, 1.0f + 5.0f * rng_unit(&g));
         rtk_vec3 org = rtk_scale(rng_dir(&g), far), dir = rtk_scale(rtk_sub(rng_vec(&g, 1.0f), org), rng_unit(&g) + 0.01f);
         rtk_pray r = {0};
@@ -183,7 +184,7 @@ static void far_origins_stay_on_the_ray(void **state)
     }
     print_message("far origins: %d, worst %.2Lf u scale off the ray, shift's relative error %.2Lf u\n", moved,
                   worst_off * 16777216.0L, worst_t * 16777216.0L);
-    assert_true(moved > 50000);
+    assert_true(moved > TEST_MANY(50000));
     assert_true(worst_off < 4.0L / 16777216);
     assert_true(worst_t < 4.0L / 16777216);
 }
@@ -197,7 +198,7 @@ static void t_is_good_near_a_floor(void **state)
     rtk_tri tri = tri_of(v[0], v[1], v[2]);
     real worst = 0;
     int hits = 0;
-    for (int i = 0; i < 200000; i++) {
+    for (int i = 0; i < TEST_MANY(200000); i++) {
         float h = 1e-3f + rng_unit(&g);
         rtk_vec3 org = rtk_v3(100 * rng_pm(&g), 0.25f + h, 100 * rng_pm(&g)), dir = rng_dir(&g);
         rtk_pray r = {0};
@@ -210,7 +211,7 @@ static void t_is_good_near_a_floor(void **state)
         worst = e > worst ? e : worst;
     }
     print_message("floor: %d hits, worst relative error of t %.2Le\n", hits, worst);
-    assert_true(hits > 10000);
+    assert_true(hits > TEST_MANY(10000));
     assert_true(worst < 1e-5);
 }
 
@@ -276,11 +277,11 @@ static void closed_meshes_do_not_leak(void **state)
         float size, squash;
         rtk_vec3 at;
         int rays;
-    } worlds[] = {{1.0f, 1.0f, {0, 0, 0}, 400000},
-                  {1.0f, 1e-3f, {0, 0, 0}, 150000},
-                  {1e-3f, 1.0f, {0, 0, 0}, 150000},
-                  {1e6f, 1.0f, {0, 0, 0}, 150000},
-                  {1.0f, 1.0f, {1e4f, -1e4f, 5e3f}, 150000}};
+    } worlds[] = {{1.0f, 1.0f, {0, 0, 0}, TEST_MANY(400000)},
+                  {1.0f, 1e-3f, {0, 0, 0}, TEST_MANY(150000)},
+                  {1e-3f, 1.0f, {0, 0, 0}, TEST_MANY(150000)},
+                  {1e6f, 1.0f, {0, 0, 0}, TEST_MANY(150000)},
+                  {1.0f, 1.0f, {1e4f, -1e4f, 5e3f}, TEST_MANY(150000)}};
     long total = 0, leaks = 0;
     for (int w = 0; w < 5; w++) {
         rng g = {4711 + (uint64_t)w};
@@ -307,7 +308,7 @@ static void closed_meshes_do_not_leak(void **state)
         }
     }
     print_message("watertight: %ld rays, %ld leaks\n", total, leaks);
-    assert_true(total > 900000);
+    assert_true(total > TEST_MANY(900000));
     assert_int_equal(leaks, 0);
 }
 
@@ -317,7 +318,7 @@ static void shared_edges_belong_to_someone(void **state)
     (void)state;
     rng g = {99};
     int rays = 0;
-    for (int i = 0; i < 200000; i++) {
+    for (int i = 0; i < TEST_MANY(200000); i++) {
         rtk_vec3 a = rng_vec(&g, 1.0f), b = rng_vec(&g, 1.0f), c = rng_vec(&g, 1.0f), d, org, p;
         rtk_pray r = {0};
         float t = 0, u = 0, v = 0;
@@ -332,7 +333,7 @@ static void shared_edges_belong_to_someone(void **state)
         assert_true(prepare(org, dir, 0.0f, 1e30f, rtk_v3(-3, -3, -3), rtk_v3(3, 3, 3), &r));
         assert_true(rtk_tri_intersect(&r, &one, &t, &u, &v) || rtk_tri_intersect(&r, &two, &t, &u, &v));
     }
-    assert_true(rays > 100000);
+    assert_true(rays > TEST_MANY(100000));
 }
 
 /* ---- defined answers at the odd places ---- */

@@ -1,0 +1,19 @@
+/* How often a test repeats itself. */
+#ifndef TEST_MANY_H
+#define TEST_MANY_H
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define TEST_SANITIZED 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define TEST_SANITIZED 1
+#endif
+#endif
+#ifndef TEST_SANITIZED
+#define TEST_SANITIZED 0
+#endif
+
+/* n; under a sanitizer, which is ten times slower and looks at accesses, not at numbers, a tenth of it. */
+#define TEST_MANY(n) (TEST_SANITIZED ? (n) / 10 : (n))
+
+#endif
