@@ -157,6 +157,19 @@ RTI_VEC int bvh_blocks(rtk_query *q, rtk_u32 mode, const rtk_pray *r, const rti_
                     continue;
                 }
             }
+            if (hit.doubt >> i & 1u) {
+                const float reach = outer == 0.0f && mode == 0u ? rtk_min(r->tmax, q->best.t) : r->tmax;
+                const rti_tri_pair pair = {r->korg.x, r->korg.y, r->korg.z, r->sx,   r->sy,
+                                           r->kdz,    r->tshift, r->scale,  r->tmin, reach};
+                const float c0[3] = {b->v0[r->kx][i], b->v0[r->ky][i], b->v0[r->kz][i]};
+                const float c1[3] = {b->v1[r->kx][i], b->v1[r->ky][i], b->v1[r->kz][i]};
+                const float c2[3] = {b->v2[r->kx][i], b->v2[r->ky][i], b->v2[r->kz][i]};
+                const int sure = rti_tri_settle(&pair, c0, c1, c2);
+                if (sure < 0)
+                    continue;
+                if (sure > 0 && (mode & RTK_MODE_ANY) && late->plain && outer == 0.0f)
+                    return 1;
+            }
             bvh_settle(q, late);
             tri = &q->group->tris[tree->refs[4u * k + i]];
             if (hit.doubt >> i & 1u ? rtk_query_tri(q, mode, r, tri) : bvh_take(q, mode, r, tri, t[i], u[i], v[i], outer))

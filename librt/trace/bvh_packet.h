@@ -245,6 +245,28 @@ static void packet_ask(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 i,
     packet_answer(p, i, &q);
 }
 
+/* Of doubted lanes, those that rti_tri_settle leaves to be asked; any hit: sure ones are added to `take` (NULL: none may be). A
+ * closest hit behind the best is none. */
+RTI_VEC rtk_u32 packet_settle(const packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 at, rtk_u32 doubt, const rtk_bvhblock *b,
+                              rtk_u32 j, rtk_u32 *take)
+{
+    const rtk_u32 x = p->kx, y = p->ky, z = p->kz;
+    const float v0[3] = {b->v0[x][j], b->v0[y][j], b->v0[z][j]}, v1[3] = {b->v1[x][j], b->v1[y][j], b->v1[z][j]};
+    const float v2[3] = {b->v2[x][j], b->v2[y][j], b->v2[z][j]};
+    rtk_u32 ask = 0u;
+    for (; doubt != 0u; doubt &= doubt - 1u) {
+        const rtk_u32 lane = (rtk_u32)__builtin_ctz(doubt), i = at + lane;
+        const rti_tri_pair r = {p->org[x][i], p->org[y][i], p->org[z][i], p->sx[i],   p->sy[i],
+                                p->dir[z][i], 0.0f,         part->scale,  p->tmin[i], mode & RTK_MODE_ANY ? p->tmax[i] : p->t[i]};
+        const int sure = rti_tri_settle(&r, v0, v1, v2);
+        if (sure == 0 || (sure > 0 && (!take || !(mode & RTK_MODE_ANY))))
+            ask |= 1u << lane;
+        else if (sure > 0)
+            *take |= 1u << lane;
+    }
+    return ask;
+}
+
 /* One triangle for the lanes at `at`. */
 RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, const tri_ray *r, rtk_u32 at, rtk_u32 lanes,
                              rtk_u32 ref, const rtk_bvhblock *b, rtk_u32 j)
@@ -261,14 +283,14 @@ RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, cons
     const rtk_tri *tri = &g->tris[ref];
     const rtk_geom *geom = &g->geoms[tri->geom];
     if (p->masked || (geom->flags & RTK_GEOM_ALPHA)) {
-        ask = bits;
+        ask = hit.hit | packet_settle(p, mode, part, at, hit.doubt, b, j, NULL);
         take = 0u;
     } else {
         vec best = V(load)(p->t + at);
         if (!(geom->mask & p->common))
             return;
-        ask = hit.doubt;
         take = hit.hit;
+        ask = packet_settle(p, mode, part, at, hit.doubt, b, j, &take);
         if (!(mode & RTK_MODE_ANY)) {
             ask |= take & VM(bits)(V(eq)(hit.t, best));
             take &= VM(bits)(V(lt)(hit.t, best));
@@ -287,12 +309,23 @@ RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, cons
         packet_ask(p, mode, part, at + (rtk_u32)__builtin_ctz(ask), ref);
 }
 
-/* A leaf for all rays that enter its box. */
-RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot)
+/* From `at` on, the first lanes of which one enters a slot's box; PACKET: none does. */
+RTI_VEC rtk_u32 packet_first(const packet *p, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
+{
+    for (; at < PACKET; at += RTI_SIMD) {
+        rtk_u32 lanes = packet_bits(p->rays, at);
+        if (lanes != 0u && packet_enter(p, n, slot, at, lanes) != 0u)
+            break;
+    }
+    return at;
+}
+
+/* A leaf for all rays from lane `at` on that enter its box. */
+RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
 {
     const rtk_tree *tree = &part->bvh;
     rtk_u32 from = n->child[slot], count = n->count[slot];
-    for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
+    for (; at < PACKET; at += RTI_SIMD) {
         rtk_u32 lanes = packet_bits(p->rays, at);
         if (lanes == 0u || (lanes = packet_enter(p, n, slot, at, lanes)) == 0u)
             continue;
@@ -311,15 +344,16 @@ RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rt
     }
 }
 
-/* The rays [p->rays] through a part's tree; returns those that it has not finished: the packet came apart. */
+/* The rays [p->rays] through a part's tree; returns those that it has not finished: the packet came apart. A node is opened when the
+ * packet's bounds meet it, which is one test for all rays, and then one of the rays, asked from the first that met its parent. */
 RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
 {
     struct {
         float t;
-        rtk_u32 node, slot;
+        rtk_u32 node, slot, lane; /* lane: rays before it miss the node */
     } stack[RTK_BVH_STACK];
     const rtk_bvhnode *nodes = part->bvh.bvh;
-    rtk_u32 top = 0u, at = 0u, budget = PACKET_NODES * (rtk_u32)__builtin_popcountll(p->rays) + 8u;
+    rtk_u32 top = 0u, at = 0u, lane = 0u, budget = PACKET_NODES * (rtk_u32)__builtin_popcountll(p->rays) + 8u;
     for (;;) {
         float t[RTK_BVH_WIDTH];
         rtk_u32 first = top;
@@ -332,6 +366,7 @@ RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
             stack[to].t = t[i];
             stack[to].node = at;
             stack[to].slot = i;
+            stack[to].lane = lane;
         }
         for (;;) {
             if (top == 0u)
@@ -341,11 +376,14 @@ RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
                 continue;
             const rtk_bvhnode *n = &nodes[stack[top].node];
             rtk_u32 slot = stack[top].slot;
+            lane = packet_first(p, n, slot, stack[top].lane);
+            if (lane == PACKET)
+                continue;
             if (n->count[slot] == 0u) {
                 at = n->child[slot];
                 break;
             }
-            packet_leaf(p, mode, part, n, slot);
+            packet_leaf(p, mode, part, n, slot, lane);
             if (mode & RTK_MODE_ANY) {
                 p->rays &= ~p->done;
                 if (p->rays == 0u)

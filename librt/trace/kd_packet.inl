@@ -44,7 +44,7 @@ static inline void RTK_NAME(packet_tri)(kd_packet *p, uint32_t ref, uint32_t lan
     tri_hit h;
     if (kd_packet_tri(p, tri, lanes, &h) == 0)
         return;
-    uint32_t hit = h.hit, rough = h.doubt;
+    uint32_t hit = h.hit, rough = kd_packet_settle(p, RTK_MODE, tri, h.doubt, geom->flags & RTK_GEOM_ALPHA ? NULL : &hit);
     if (geom->flags & RTK_GEOM_ALPHA) {
         rough |= hit;
     } else {
