@@ -31,6 +31,8 @@ local function text(s)
   end) .. '"'
 end
 
+local FORMATS = { "%.15g", "%.16g", "%.17g" } -- %g drops zeros at the end: of up to 15 digits the first is the shortest
+
 -- Shortest decimal that reads back as the same number; JSON has no infinity and no NaN.
 local function number(x)
   if math.type(x) == "integer" then
@@ -38,13 +40,15 @@ local function number(x)
   elseif x ~= x or x == math.huge or x == -math.huge then
     return "null"
   end
-  for digits = 1, 17 do
-    local s = ("%." .. digits .. "g"):format(x):gsub(",", ".")
+  local s
+  for _, format in ipairs(FORMATS) do
+    s = format:format(x)
+    s = s:find(",", 1, true) and s:gsub(",", ".") or s
     if tonumber(s) == x then
-      return s
+      break
     end
   end
-  return nil
+  return s
 end
 json.number = number
 
@@ -77,6 +81,8 @@ end
 -- ---- reading ----
 
 local DEEPEST = 64
+local byte = string.byte
+local QUOTE, COMMA, COLON, BRACKET, BRACE = byte('",:]}', 1, 5)
 local ESCAPES = { b = "\b", f = "\f", n = "\n", r = "\r", t = "\t", ['"'] = '"', ["\\"] = "\\", ["/"] = "/" }
 
 local function fault(at, what)
@@ -95,9 +101,15 @@ local function unicode(s, at)
 end
 
 local function read_text(s, at)
-  local parts, from = {}, at + 1
+  local parts, from = nil, at + 1
   while true do
     local stop = s:find('["\\]', from) or fault(at, "a text has no end")
+    if not parts then
+      if byte(s, stop) == QUOTE then
+        return s:sub(from, stop - 1), stop + 1
+      end
+      parts = {}
+    end
     parts[#parts + 1] = s:sub(from, stop - 1)
     if s:sub(stop, stop) == '"' then
       return table.concat(parts), stop + 1
@@ -114,64 +126,69 @@ end
 local read
 
 local function skip(s, at)
-  return s:match("^[ \t\r\n]*()", at)
+  local mark = byte(s, at)
+  return mark and mark > 0x20 and at or s:match("^[ \t\r\n]*()", at)
 end
 
--- What stands between brackets: each(at) reads an entry and gives where it ends.
-local function read_list(s, at, close, each)
-  at = skip(s, at + 1)
-  if s:sub(at, at) == close then
-    return at + 1
+-- Behind an entry of a list that `close` ends: where the next one begins, or nil and where the list has ended.
+local function next_entry(s, at, close)
+  at = skip(s, at)
+  local mark = byte(s, at)
+  if mark == close then
+    return nil, at + 1
+  elseif mark ~= COMMA then
+    fault(at, "a comma or " .. string.char(close) .. " is missing")
   end
-  while true do
-    at = skip(s, each(at))
-    local mark = s:sub(at, at)
-    if mark == close then
-      return at + 1
-    elseif mark ~= "," then
-      fault(at, "a comma or " .. close .. " is missing")
-    end
-    at = skip(s, at + 1)
-  end
+  return skip(s, at + 1)
 end
 
 local function read_array(s, at, depth)
-  local list, count = {}, 0
-  return list, read_list(s, at, "]", function(from)
+  local list, count, stop = {}, 0
+  at = skip(s, at + 1)
+  if byte(s, at) == BRACKET then
+    return list, at + 1
+  end
+  repeat
     count = count + 1
-    list[count], from = read(s, from, depth)
-    return from
-  end)
+    list[count], at = read(s, at, depth)
+    at, stop = next_entry(s, at, BRACKET)
+  until not at
+  return list, stop
 end
 
 local function read_object(s, at, depth)
-  local t = {}
-  return t, read_list(s, at, "}", function(from)
-    if s:sub(from, from) ~= '"' then
-      fault(from, "a key is missing")
+  local t, key, stop = {}
+  at = skip(s, at + 1)
+  if byte(s, at) == BRACE then
+    return t, at + 1
+  end
+  repeat
+    if byte(s, at) ~= QUOTE then
+      fault(at, "a key is missing")
     end
-    local key
-    key, from = read_text(s, from)
-    from = skip(s, from)
-    if s:sub(from, from) ~= ":" then
-      fault(from, "a colon is missing")
+    key, at = read_text(s, at)
+    at = skip(s, at)
+    if byte(s, at) ~= COLON then
+      fault(at, "a colon is missing")
     end
-    t[key], from = read(s, from + 1, depth)
-    return from
-  end)
+    t[key], at = read(s, at + 1, depth)
+    at, stop = next_entry(s, at, BRACE)
+  until not at
+  return t, stop
 end
 
 -- Strictly as the standard has it, which is less than Lua reads.
 local function read_number(s, at)
-  local digits = s:match("^-?%d+", at)
-  local stop = at + #digits
-  if digits:find "^-?0%d" then
+  local first, stop = s:match("^-?()%d+()", at)
+  if byte(s, first) == 0x30 and stop > first + 1 then
     fault(at, "a number begins with 0")
   end
-  if s:find("^%.", stop) then
+  local mark = byte(s, stop)
+  if mark == 0x2E then -- .
     stop = stop + #(s:match("^%.%d+", stop) or fault(stop, "no digit behind the point"))
+    mark = byte(s, stop)
   end
-  if s:find("^[eE]", stop) then
+  if mark == 0x65 or mark == 0x45 then -- e, E
     stop = stop + #(s:match("^[eE][+-]?%d+", stop) or fault(stop, "no digit in the exponent"))
   end
   return tonumber(s:sub(at, stop - 1)), stop
