@@ -1,6 +1,7 @@
 -- rtray animate SCENE: every frame of an animation, and a film of them. Finished frames are taken up by what they describe; several processes may
 -- work on one folder.
 
+local guard = require "rt.guard"
 local sys = require "rtray.sys"
 local faults = require "rtray.faults"
 local files = require "rtray.files"
@@ -49,7 +50,9 @@ local function film_texts(self)
 end
 
 local function size_of(self)
-  local image = require("rt").image(self.stage.target.place(self.list[1]))
+  local path = self.stage.target.place(self.list[1])
+  guard.own(path)
+  local image = require("rt").image(path)
   local width, height = image:size()
   image:release()
   return width, height

@@ -14,6 +14,14 @@ describe("a film", function()
       :gsub("%s+$", ""))
   end
 
+  with_ffmpeg("is made in any folder, far from a scene in the sandbox", function()
+    local folder = support.folder()
+    support.shell("mkdir scenes films", folder)
+    local r = animate(script(folder .. "/scenes", { size = "33, 25", frames = 2 }), "-o", folder .. "/films/film.mp4")
+    assert.equal(0, r.status, r.err)
+    assert.equal("film.frames film.mp4 ", list(folder .. "/films"))
+  end)
+
   with_ffmpeg("is made of the frames in OUT.frames/, padded to even sizes, and kept while it is up to date", function()
     local folder = support.folder()
     local out = folder .. "/film.mp4"
