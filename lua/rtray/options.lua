@@ -34,7 +34,7 @@ row("integrator", { "--integrator" }, "choice", "NAME", "what a pixel shows: whi
 row("tracer", { "--tracer" }, "choice", "NAME", "structure that answers rays; no effect on the picture", {
   choices = { "auto", "kdtree", "octree", "bvh", "brute" }, setting = "tracer",
 })
-row("builder", { "--builder" }, "choice", "NAME", "builder of the kd-tree", {
+row("builder", { "--builder" }, "choice", "NAME", "how the tree is built: kd-tree exact, binned or paper, BVH compact or spatial", {
   choices = { "auto", "exact", "binned", "paper", "compact", "spatial" }, setting = "builder",
 })
 row("max_depth", { "--max-depth" }, "count", "N", "bounces at most", { low = 0, high = 64, setting = "max_depth" })

@@ -254,12 +254,12 @@ describe("rt.sweep", function()
 
   it("adds no memory to many points, and tells the time it adds", function()
     support.in_folder(function(folder)
-      local path = support.write(folder .. "/x.lua", SCRIPT)
+      local path = support.write(folder .. "/x.lua", SCRIPT) -- of one worker: with two the peak tells when both are first at work together
       local full = os.getenv "LIBRT_FULL" == "1"
       local count, peaks = full and 1000 or 300, {}
       local begun, work = os.clock(), 0
-      local results = rt.sweep { -- one worker: with two the peak tells when, by chance, both are at work for the first time
-        scene = path, over = { radius = ("1:%d"):format(count), workers = { 1 } }, runs = 1, in_process = true, output = folder .. "/out",
+      local results = rt.sweep {
+        scene = path, over = { radius = ("1:%d"):format(count) }, in_process = true, output = folder .. "/out",
         measure = function()
           if #peaks % 10 == 0 then -- the peak is to show what is kept, not how much garbage a cycle of Lua's collector happens to meet
             local at = os.clock()

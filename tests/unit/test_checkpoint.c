@@ -13,7 +13,7 @@
 #include "render/checkpoint.h"
 #include "render/job.h"
 
-enum { WIDTH = 90, HEIGHT = TEST_SANITIZED ? 20 : 70 };
+enum { WIDTH = 90, HEIGHT = TEST_SANITIZED ? 20 : 70, SAMPLES = TEST_SANITIZED ? 16 : 64 };
 
 static rt_context *ctx;
 static rt_scene *scene;
@@ -162,7 +162,7 @@ static void test_within_a_tile(void **state)
 /* Written every few milliseconds while it runs, by 1 to 4 workers. */
 static void test_while_running(void **state)
 {
-    rt_render_desc d = settings(WIDTH, HEIGHT, 64, "path");
+    rt_render_desc d = settings(WIDTH, HEIGHT, SAMPLES, "path");
     outcome want, got;
     (void)state;
     d.tile = 16;
@@ -357,7 +357,7 @@ static void test_damaged(void **state)
 /* A disk that is full later: the render goes on and is whole, what stands there stays. */
 static void test_disk_full(void **state)
 {
-    rt_render_desc d = settings(WIDTH, HEIGHT, 64, "path");
+    rt_render_desc d = settings(WIDTH, HEIGHT, SAMPLES, "path");
     struct rlimit before, small;
     rt_checkpoint_stats c;
     outcome want, got;
