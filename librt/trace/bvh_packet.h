@@ -245,36 +245,15 @@ static void packet_ask(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 i,
     packet_answer(p, i, &q);
 }
 
-/* Of doubted lanes, those that rti_tri_settle leaves to be asked; any hit: sure ones are added to `take` (NULL: none may be). A
- * closest hit behind the best is none. */
-RTI_VEC rtk_u32 packet_settle(const packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 at, rtk_u32 doubt, const rtk_bvhblock *b,
-                              rtk_u32 j, rtk_u32 *take)
-{
-    const rtk_u32 x = p->kx, y = p->ky, z = p->kz;
-    const float v0[3] = {b->v0[x][j], b->v0[y][j], b->v0[z][j]}, v1[3] = {b->v1[x][j], b->v1[y][j], b->v1[z][j]};
-    const float v2[3] = {b->v2[x][j], b->v2[y][j], b->v2[z][j]};
-    rtk_u32 ask = 0u;
-    for (; doubt != 0u; doubt &= doubt - 1u) {
-        const rtk_u32 lane = (rtk_u32)__builtin_ctz(doubt), i = at + lane;
-        const rti_tri_pair r = {p->org[x][i], p->org[y][i], p->org[z][i], p->sx[i],   p->sy[i],
-                                p->dir[z][i], 0.0f,         part->scale,  p->tmin[i], mode & RTK_MODE_ANY ? p->tmax[i] : p->t[i]};
-        const int sure = rti_tri_settle(&r, v0, v1, v2);
-        if (sure == 0 || (sure > 0 && (!take || !(mode & RTK_MODE_ANY))))
-            ask |= 1u << lane;
-        else if (sure > 0)
-            *take |= 1u << lane;
-    }
-    return ask;
-}
-
 /* One triangle for the lanes at `at`. */
 RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, const tri_ray *r, rtk_u32 at, rtk_u32 lanes,
                              rtk_u32 ref, const rtk_bvhblock *b, rtk_u32 j)
 {
     const rtk_u32 x = p->kx, y = p->ky, z = p->kz;
-    vec v0[3] = {V(set)(b->v0[x][j]), V(set)(b->v0[y][j]), V(set)(b->v0[z][j])};
-    vec v1[3] = {V(set)(b->v1[x][j]), V(set)(b->v1[y][j]), V(set)(b->v1[z][j])};
-    vec v2[3] = {V(set)(b->v2[x][j]), V(set)(b->v2[y][j]), V(set)(b->v2[z][j])};
+    const float c0[3] = {b->v0[x][j], b->v0[y][j], b->v0[z][j]}, c1[3] = {b->v1[x][j], b->v1[y][j], b->v1[z][j]};
+    const float c2[3] = {b->v2[x][j], b->v2[y][j], b->v2[z][j]};
+    vec v0[3] = {V(set)(c0[0]), V(set)(c0[1]), V(set)(c0[2])}, v1[3] = {V(set)(c1[0]), V(set)(c1[1]), V(set)(c1[2])};
+    vec v2[3] = {V(set)(c2[0]), V(set)(c2[1]), V(set)(c2[2])};
     tri_hit hit;
     rtk_u32 bits = tri_test(r, v0, v1, v2, lanes, &hit), ask, take;
     if (bits == 0u)
@@ -283,14 +262,14 @@ RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, cons
     const rtk_tri *tri = &g->tris[ref];
     const rtk_geom *geom = &g->geoms[tri->geom];
     if (p->masked || (geom->flags & RTK_GEOM_ALPHA)) {
-        ask = hit.hit | packet_settle(p, mode, part, at, hit.doubt, b, j, NULL);
+        ask = hit.hit | packet_settle(r, V(load)(p->t + at), mode, hit.doubt, c0, c1, c2, NULL);
         take = 0u;
     } else {
         vec best = V(load)(p->t + at);
         if (!(geom->mask & p->common))
             return;
         take = hit.hit;
-        ask = packet_settle(p, mode, part, at, hit.doubt, b, j, &take);
+        ask = packet_settle(r, best, mode, hit.doubt, c0, c1, c2, &take);
         if (!(mode & RTK_MODE_ANY)) {
             ask |= take & VM(bits)(V(eq)(hit.t, best));
             take &= VM(bits)(V(lt)(hit.t, best));

@@ -139,34 +139,17 @@ RTI_VEC uint32_t kd_packet_untried(kd_packet *p, uint32_t ref, uint32_t lanes)
     return lanes;
 }
 
-/* Triangle `tri` for `lanes`; returns those that hit it or are in doubt. */
-RTI_VEC uint32_t kd_packet_tri(const kd_packet *p, const rtk_tri *tri, uint32_t lanes, tri_hit *hit)
+/* Triangle `tri` for `lanes`; returns those that hit it or are in doubt. take: packet_settle may add sure ones to the hits. */
+RTI_VEC uint32_t kd_packet_tri(const kd_packet *p, rtk_u32 mode, const rtk_tri *tri, uint32_t lanes, bool take, tri_hit *hit)
 {
-    vec a[3] = {V(set)(tri->v0[p->kx]), V(set)(tri->v0[p->ky]), V(set)(tri->v0[p->kz])};
-    vec b[3] = {V(set)(tri->v1[p->kx]), V(set)(tri->v1[p->ky]), V(set)(tri->v1[p->kz])};
-    vec c[3] = {V(set)(tri->v2[p->kx]), V(set)(tri->v2[p->ky]), V(set)(tri->v2[p->kz])};
-    return tri_test(&p->tri, a, b, c, lanes, hit);
-}
-
-/* Of doubted lanes, those that rti_tri_settle leaves to be asked; any hit: sure ones are added to `take` (NULL: none may be). A
- * closest hit behind the best is none. */
-RTI_VEC uint32_t kd_packet_settle(const kd_packet *p, rtk_u32 mode, const rtk_tri *tri, uint32_t doubt, uint32_t *take)
-{
-    const float a[3] = {tri->v0[p->kx], tri->v0[p->ky], tri->v0[p->kz]}, b[3] = {tri->v1[p->kx], tri->v1[p->ky], tri->v1[p->kz]};
-    const float c[3] = {tri->v2[p->kx], tri->v2[p->ky], tri->v2[p->kz]};
-    uint32_t ask = 0;
-    for (; doubt; doubt &= doubt - 1) {
-        const uint32_t i = (uint32_t)__builtin_ctz(doubt);
-        const rti_tri_pair r = {p->tri.ox[i],     p->tri.oy[i],   p->tri.oz[i],   p->tri.sx[i],
-                                p->tri.sy[i],     p->tri.kdz[i],  0.0f,           p->part->scale,
-                                p->tri.tmin[i],   mode & RTK_MODE_ANY ? p->tri.tmax[i] : p->t[i]};
-        const int sure = rti_tri_settle(&r, a, b, c);
-        if (sure == 0 || (sure > 0 && (!take || !(mode & RTK_MODE_ANY))))
-            ask |= 1u << i;
-        else if (sure > 0)
-            *take |= 1u << i;
-    }
-    return ask;
+    const float v0[3] = {tri->v0[p->kx], tri->v0[p->ky], tri->v0[p->kz]}, v1[3] = {tri->v1[p->kx], tri->v1[p->ky], tri->v1[p->kz]};
+    const float v2[3] = {tri->v2[p->kx], tri->v2[p->ky], tri->v2[p->kz]};
+    vec a[3] = {V(set)(v0[0]), V(set)(v0[1]), V(set)(v0[2])}, b[3] = {V(set)(v1[0]), V(set)(v1[1]), V(set)(v1[2])};
+    vec c[3] = {V(set)(v2[0]), V(set)(v2[1]), V(set)(v2[2])};
+    if (tri_test(&p->tri, a, b, c, lanes, hit) == 0)
+        return 0;
+    hit->doubt = packet_settle(&p->tri, p->t, mode, hit->doubt, v0, v1, v2, take ? &hit->hit : NULL);
+    return hit->hit | hit->doubt;
 }
 
 #endif

@@ -42,9 +42,9 @@ static inline void RTK_NAME(packet_tri)(kd_packet *p, uint32_t ref, uint32_t lan
     const rtk_tri *tri = &g->tris[ref];
     const rtk_geom *geom = &g->geoms[tri->geom];
     tri_hit h;
-    if (kd_packet_tri(p, tri, lanes, &h) == 0)
+    if (kd_packet_tri(p, RTK_MODE, tri, lanes, !(geom->flags & RTK_GEOM_ALPHA), &h) == 0)
         return;
-    uint32_t hit = h.hit, rough = kd_packet_settle(p, RTK_MODE, tri, h.doubt, geom->flags & RTK_GEOM_ALPHA ? NULL : &hit);
+    uint32_t hit = h.hit, rough = h.doubt;
     if (geom->flags & RTK_GEOM_ALPHA) {
         rough |= hit;
     } else {

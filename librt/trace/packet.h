@@ -1,5 +1,5 @@
-/* What packets of every tree share, for hot files: the widest vectors under one name, rays loaded and prepared in them, and one
- * lane as a query of its own. */
+/* What packets of every tree share, for hot files: the widest vectors under one name, rays loaded and prepared in them, and
+ * what the leaf test in them leaves in doubt. */
 #ifndef RTI_PACKET_H
 #define RTI_PACKET_H
 
@@ -82,6 +82,26 @@ RTI_VEC rtk_u32 packet_rays_enter(const vec org[3], const vec inv[3], vec tmin, 
     *t0 = V(max)(in, tmin);
     *t1 = V(min)(out, tmax);
     return meet & ~*far;
+}
+
+/* Of a triangle's doubted lanes, those that rti_tri_settle leaves to be asked. best: where each lane's best hit is, behind which a
+ * closest hit is none. Any hit: sure ones are added to `take` (NULL: none may be). v0, v1, v2: the corners in the rays' order of
+ * axes. */
+RTI_VEC rtk_u32 packet_settle(const tri_ray *rays, vec best, rtk_u32 mode, rtk_u32 doubt, const float v0[3], const float v1[3],
+                              const float v2[3], rtk_u32 *take)
+{
+    rtk_u32 ask = 0u;
+    for (; doubt != 0u; doubt &= doubt - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctz(doubt);
+        const rti_tri_pair r = {rays->ox[i],  rays->oy[i],     rays->oz[i],    rays->sx[i],   rays->sy[i],
+                                rays->kdz[i], rays->tshift[i], rays->scale[i], rays->tmin[i], mode & RTK_MODE_ANY ? rays->tmax[i] : best[i]};
+        const int sure = rti_tri_settle(&r, v0, v1, v2);
+        if (sure > 0 && take && (mode & RTK_MODE_ANY))
+            *take |= 1u << i;
+        else if (sure >= 0)
+            ask |= 1u << i;
+    }
+    return ask;
 }
 
 #endif
