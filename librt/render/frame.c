@@ -111,7 +111,7 @@ static void choose_tiles(rti_frame *f)
 
 rt_status rti_frame_plan(rt_context *ctx, const char *what, rti_frame *frame, const rtk_scene *scene)
 {
-    double per_hit;
+    double per_hit, cameras;
     frame->scene = scene;
     frame->lanes = rti_lanes_find(rti_context_isa(ctx));
     frame->seed = rtk_hash2((uint32_t)frame->set.desc.seed, (uint32_t)(frame->set.desc.seed >> 32));
@@ -122,9 +122,14 @@ rt_status rti_frame_plan(rt_context *ctx, const char *what, rti_frame *frame, co
     frame->batch = BATCH_MAX;
     if (per_hit * BATCH_MAX > STEP_RAYS)
         frame->batch = (uint32_t)(STEP_RAYS / per_hit) / RTK_BLOCK * RTK_BLOCK;
+    cameras = (double)frame->set.desc.crop.width * frame->set.desc.crop.height * frame->set.samples;
+    if (cameras < frame->batch) /* a small picture takes little memory: clearing pages may cost more than its rays */
+        frame->batch = ((uint32_t)cameras + RTK_BLOCK - 1) / RTK_BLOCK * RTK_BLOCK;
     if (frame->batch < RTK_BLOCK)
         frame->batch = RTK_BLOCK;
     frame->shadow_rays = SHADOW_MAX;
+    if (per_hit * frame->batch < SHADOW_MAX - 2 * RTK_BLOCK)
+        frame->shadow_rays = ((uint32_t)(per_hit * frame->batch) / RTK_BLOCK + 2) * RTK_BLOCK;
     frame->stack_rays = (frame->batch + RTK_BLOCK) *
                         (frame->set.integrator->branching < 2 ? frame->set.integrator->branching : frame->set.desc.max_depth + 1);
     choose_tiles(frame);

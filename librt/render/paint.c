@@ -74,15 +74,20 @@ static rt_status check(rt_context *ctx, const char *text, const rt_label_desc *d
     return RT_OK;
 }
 
-/* How far (x, y) is from the segment. */
-static float distance(const rti_font_segment *s, float x, float y)
+static float less(float a, float b) /* fminf is a call of the C library's */
+{
+    return b < a ? b : a;
+}
+
+/* How far (x, y) is from the segment, squared. */
+static float distance_squared(const rti_font_segment *s, float x, float y)
 {
     float dx = s->x1 - s->x0, dy = s->y1 - s->y0, px = x - s->x0, py = y - s->y0;
     float length = dx * dx + dy * dy, t = length > 0.0f ? (px * dx + py * dy) / length : 0.0f;
     t = t < 0.0f ? 0.0f : t > 1.0f ? 1.0f : t;
     px -= t * dx;
     py -= t * dy;
-    return sqrtf(px * px + py * py);
+    return px * px + py * py;
 }
 
 static void blend(float *p, rt_vec3 color, float part)
@@ -102,10 +107,10 @@ static void draw_glyph(rt_image *image, const rti_font_glyph *g, float x, float 
     for (uint32_t i = 0; i < g->count; i++) {
         const rti_font_segment *s = &g->segments[i];
         rti_font_segment p = {x + s->x0 * unit, y + s->y0 * unit, x + s->x1 * unit, y + s->y1 * unit};
-        low[0] = fminf(low[0], fminf(p.x0, p.x1));
-        low[1] = fminf(low[1], fminf(p.y0, p.y1));
-        high[0] = fmaxf(high[0], fmaxf(p.x0, p.x1));
-        high[1] = fmaxf(high[1], fmaxf(p.y0, p.y1));
+        low[0] = less(low[0], less(p.x0, p.x1));
+        low[1] = less(low[1], less(p.y0, p.y1));
+        high[0] = -less(-high[0], less(-p.x0, -p.x1));
+        high[1] = -less(-high[1], less(-p.y0, -p.y1));
         placed[i] = p;
     }
     if (g->count == 0)
@@ -117,10 +122,10 @@ static void draw_glyph(rt_image *image, const rti_font_glyph *g, float x, float 
     for (uint32_t row = y0; row < y1; row++) {
         float *p = rti_image_row(image, row);
         for (uint32_t column = x0; column < x1; column++) {
-            float nearest = 1e9f;
+            float nearest = 1e18f, part;
             for (uint32_t i = 0; i < g->count; i++)
-                nearest = fminf(nearest, distance(&placed[i], (float)column + 0.5f, (float)row + 0.5f));
-            float part = radius + 0.5f - nearest;
+                nearest = less(nearest, distance_squared(&placed[i], (float)column + 0.5f, (float)row + 0.5f));
+            part = radius + 0.5f - sqrtf(nearest);
             if (part > 0.0f)
                 blend(p + 4 * (size_t)column, d->color, (part < 1.0f ? part : 1.0f) * d->opacity);
         }

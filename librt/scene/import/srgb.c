@@ -1,6 +1,7 @@
 #include "srgb.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -50,21 +51,24 @@ static float float_of(uint32_t bits)
     return x;
 }
 
+static bool reaches(uint32_t bits, int code)
+{
+    return 255.0 * rti_srgb_encode(float_of(bits)) + 0.5 >= code;
+}
+
 void rti_srgb_encoder_init(rti_srgb_encoder *e)
 {
-    uint32_t from = 0, one = 0x3f800000u;
     e->least[0] = 0.0f;
-    for (int code = 1; code < 256; code++) { /* bits of positive floats ascend with them */
-        uint32_t low = from, high = one;
-        while (high - low > 1) {
-            uint32_t middle = low + (high - low) / 2;
-            if (255.0 * rti_srgb_encode(float_of(middle)) + 0.5 >= code)
-                high = middle;
-            else
-                low = middle;
-        }
-        e->least[code] = float_of(high);
-        from = low;
+    for (int code = 1; code < 256;
+         code++) { /* bits of positive floats ascend with them; the inverse is some floats off at most */
+        float guess = (float)rti_srgb_decode((code - 0.5) / 255.0);
+        uint32_t bits;
+        memcpy(&bits, &guess, sizeof bits);
+        while (reaches(bits - 1, code))
+            bits--;
+        while (!reaches(bits, code))
+            bits++;
+        e->least[code] = float_of(bits);
     }
     e->least[256] = 2.0f;
     for (uint32_t i = 0, code = 0; i < sizeof e->first; i++) {
