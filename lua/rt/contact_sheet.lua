@@ -55,8 +55,10 @@ local fields = {
   title = check.string, filter = check.choice { "auto", "box", "mitchell", "lanczos" },
 }
 
+local contact_sheet = {}
+
 -- The size that fits into width x height in the picture's shape; small pictures are enlarged by whole factors alone.
-local function fit(w, h, width, height)
+function contact_sheet.fit(w, h, width, height)
   local scale = math.min(width / w, height / h)
   if scale > 1 then
     scale = math.max(1, math.floor(scale))
@@ -69,9 +71,9 @@ local function place(sheet, item, o, x, y)
   local file = type(item) == "string" and image.new(item)
   local whole = file or item
   local w, h = whole:size()
-  local fw, fh, enlarged = fit(w, h, o.width, o.height)
-  local small <close> = whole:resize(fw, fh, { filter = enlarged and "box" or o.filter })
-  sheet:place(small, x + (o.width - fw) // 2, y + (o.height - fh) // 2)
+  local fw, fh, enlarged = contact_sheet.fit(w, h, o.width, o.height)
+  local small <close> = (fw ~= w or fh ~= h) and whole:resize(fw, fh, { filter = enlarged and "box" or o.filter }) or nil
+  sheet:place(small or whole, x + (o.width - fw) // 2, y + (o.height - fh) // 2)
   if file then
     file:release()
   end
@@ -125,7 +127,7 @@ end
 
 -- { images = { image | "file.png" | false, ... }, labels = { "text" | { "line", ... } }, columns, width, height (of a cell), gap, background, color,
 -- text_size, title, filter }
-return function(t)
+function contact_sheet.make(t)
   local who = "rt.contact_sheet"
   local o = check.fields(check.plain_table(t, who, "rt.contact_sheet { images = { a, b } }"), fields, who)
   check.required(o, { "images" }, who)
@@ -152,3 +154,5 @@ return function(t)
   end
   return sheet
 end
+
+return contact_sheet

@@ -37,7 +37,7 @@ local rt = {
   -- values
   vec = vec.make, srgb = vec.srgb, transform = transform.make, translate = transform.translate, scale = transform.scale, rotate = transform.rotate,
   buffer = core.buffer, image = image.new, image_text = image.text, compare = image.compare, color_map = image.color_map, random = core.random,
-  contact_sheet = require "rt.contact_sheet", label_size = draw.label_size,
+  contact_sheet = require("rt.contact_sheet").make, label_size = draw.label_size,
   report = function(...)
     return require("rt.report").make(...) -- a large part that few scripts need
   end,

@@ -20,15 +20,24 @@ end
 -- Written as null, where a key shall be there without a value.
 json.null = setmetatable({}, { __name = "json.null" })
 
+-- Bytes of a file name that are no UTF-8: each becomes the character of its number.
+function json.utf8(s)
+  if utf8.len(s) then
+    return s
+  end
+  return (s:gsub("[\128-\255]", function(c)
+    return utf8.char(c:byte())
+  end))
+end
+
 local function text(s)
-  if not utf8.len(s) then -- bytes of a file name that are no UTF-8: each becomes the character of its number
-    s = s:gsub("[\128-\255]", function(c)
-      return utf8.char(c:byte())
+  s = json.utf8(s)
+  if s:find '[%c"\\\127]' then
+    s = s:gsub('[%c"\\\127]', function(c)
+      return c == '"' and '\\"' or c == "\\" and "\\\\" or ("\\u%04x"):format(c:byte())
     end)
   end
-  return '"' .. s:gsub('[%c"\\\127]', function(c)
-    return c == '"' and '\\"' or c == "\\" and "\\\\" or ("\\u%04x"):format(c:byte())
-  end) .. '"'
+  return '"' .. s .. '"'
 end
 
 local FORMATS = { "%.15g", "%.16g", "%.17g" } -- %g drops zeros at the end: of up to 15 digits the first is the shortest
@@ -41,9 +50,9 @@ local function number(x)
     return "null"
   end
   local s
-  for _, format in ipairs(FORMATS) do
-    s = format:format(x)
-    s = s:find(",", 1, true) and s:gsub(",", ".") or s
+  for i = 1, 3 do
+    s = FORMATS[i]:format(x)
+    s = s:find(",", 1, true) and s:gsub(",", ".") or s -- a locale's
     if tonumber(s) == x then
       break
     end
@@ -52,30 +61,47 @@ local function number(x)
 end
 json.number = number
 
-function json.encode(value)
+-- Appends the value's text to the list of n parts: their new number. keys: texts of keys met, which are few and come again and again.
+local function append(parts, n, value, keys)
   local kind = type(value)
-  if value == json.null then
-    return "null"
+  if value == json.null or kind == "nil" then
+    parts[n + 1] = "null"
   elseif kind == "table" then
-    local parts = {}
-    if getmetatable(value) == object then
-      for i, pair in ipairs(value) do
-        parts[i] = text(pair[1]) .. ":" .. json.encode(pair[2])
-      end
-      return "{" .. table.concat(parts, ",") .. "}"
-    end
+    local is_object = getmetatable(value) == object
+    n = n + 1
+    parts[n] = is_object and "{" or "["
     for i, item in ipairs(value) do
-      parts[i] = json.encode(item)
+      if i > 1 then
+        n = n + 1
+        parts[n] = ","
+      end
+      if is_object then
+        local key = item[1]
+        local shown = keys[key]
+        if not shown then
+          shown = text(key) .. ":"
+          keys[key] = shown
+        end
+        n = n + 1
+        parts[n], item = shown, item[2]
+      end
+      n = append(parts, n, item, keys)
     end
-    return "[" .. table.concat(parts, ",") .. "]"
+    parts[n + 1] = is_object and "}" or "]"
   elseif kind == "number" then
-    return number(value)
-  elseif kind == "boolean" then
-    return tostring(value)
-  elseif kind == "nil" then
-    return "null"
+    parts[n + 1] = number(value)
+  elseif kind == "string" then
+    parts[n + 1] = text(value)
+  else
+    parts[n + 1] = kind == "boolean" and tostring(value) or text(tostring(value))
   end
-  return text(tostring(value))
+  return n + 1
+end
+
+function json.encode(value)
+  local parts = {}
+  append(parts, 0, value, {})
+  return table.concat(parts)
 end
 
 -- ---- reading ----

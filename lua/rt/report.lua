@@ -40,17 +40,24 @@ local KNOWN = { "results.csv", "runs.csv", "results.json", "machine.json" }
 
 -- Writes the report into the folder. options: { plots = false } leaves gnuplot out, { sheets = false } the contact sheets. Gives
 -- { page = path, files = {names in the folder}, notes = {sentences about what could not be done} }. Raises when the folder has no readable
--- results.json or cannot be written to.
-function report.write(folder, options)
+-- results.json or cannot be written to. results: what the sweep has just written there, so that it need not be read again.
+function report.write(folder, options, results)
   options = options or {}
-  require("rt.sweep_again").refresh(folder) -- a sweep that was killed had no time to
-  local study = data.read(folder .. "/results.json")
+  local study
+  if results then
+    study = data.of(results)
+  else
+    require("rt.sweep_again").refresh(folder) -- a sweep that was killed had no time to
+    study = data.read(folder .. "/results.json")
+  end
   local files, sheets, notes = {}, {}, {}
   local function write(name, content)
     replace(folder .. "/" .. name, content)
   end
-  -- A folder that takes no files tells so at once, not after the plots.
-  write("index.html", page.html(study, { notes = { "the plots and sheets of this report are being made" }, sheets = {}, files = {} }))
+  local can, why = core.can_create(folder) -- told at once, not after the plots
+  if not can then
+    fail(folder .. "/index.html", why)
+  end
   if options.sheets ~= false then
     local note
     sheets, note = sheet.write(study, folder)

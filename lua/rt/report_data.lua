@@ -1,4 +1,4 @@
--- What a report shows, from results.json: every value is checked or left out, so that what comes after can trust it.
+-- What a report shows, from results.json or what that was written from: every value is checked or left out, so that what comes after can trust it.
 
 local json = require "rt.json"
 local words = require "rt.words"
@@ -13,7 +13,7 @@ end
 
 local function string_or(value, other)
   if type(value) == "string" then
-    return value
+    return json.utf8(value)
   elseif math.type(value) then
     return tostring(value)
   end
@@ -94,7 +94,7 @@ end
 local function read_point(p, index, study)
   local point = {
     index = index, key = string_or(p.key, tostring(index)), values = {}, status = string_or(p.status, "missing"), message = string_or(p.message),
-    image = safe_image(p.image), map = safe_image(p.map),
+    image = safe_image(string_or(p.image)), map = safe_image(string_or(p.map)),
     width = finite(p.width), height = finite(p.height), hash = string_or(p.hash), runs = #list(p.runs),
     oversubscribed = p.oversubscribed == true, mixed = p.mixed == true, machine = math.tointeger(p.machine), per_worker = busy(p.per_worker),
     median = cells(p.median, study.columns), q1 = cells(p.q1, study.columns), q3 = cells(p.q3, study.columns),
@@ -133,7 +133,7 @@ local function machine(value)
   return type(value) == "table" and value or {}
 end
 
--- The study that a decoded results.json tells of.
+-- The study of a sweep's results, or of a decoded results.json: the same, whichever it is made of.
 function data.from(t, who)
   if type(t) ~= "table" then
     error(who .. " holds no object; it is not what a sweep writes", 0)
@@ -169,6 +169,12 @@ end
 
 local function named(path)
   return "'" .. words.quote(path, 4096) .. "'"
+end
+
+-- Results as sweep_work.results_of gives them.
+function data.of(results)
+  local machine_facts = results.machine
+  return data.from(setmetatable({ format = 1, version = machine_facts.version, build = machine_facts.build }, { __index = results }), "a sweep")
 end
 
 function data.read(path)

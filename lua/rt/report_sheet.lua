@@ -26,17 +26,37 @@ local function label(study, p)
   return lines
 end
 
--- Images that cannot be read have an empty cell; the first of them is told.
-local function readable(folder, p)
+-- The point's image; when it cannot be read false and why: its cell stays empty, and the first of them is told.
+local function load(folder, p)
   local path = folder .. "/" .. p.image
-  guard.own(path) -- the sheet reads it again
+  guard.own(path)
   local ok, loaded = pcall(image.new, path)
   if ok then
-    local w, h = loaded:size()
-    loaded:release()
-    return path, w, h
+    return loaded
   end
-  return false, nil, nil, tostring(loaded)
+  return false, tostring(loaded)
+end
+
+-- The images of a sheet, no larger than its cells, so that few bytes are held; the cells' size, which the first image's shape decides; why one lacks.
+local function load_all(folder, points)
+  local images, note, width, height = {}, nil, nil, nil
+  for i, p in ipairs(points) do
+    local loaded, why = load(folder, p)
+    note = note or why and "an image is left out: " .. why
+    if loaded then
+      local w, h = loaded:size()
+      if not width then
+        width = math.max(120, math.min(240, w))
+        height = math.max(60, math.min(360, math.floor(width * h / w + 0.5)))
+      end
+      if w > width or h > height then
+        local large <close> = loaded
+        loaded = large:resize(contact_sheet.fit(w, h, width, height))
+      end
+    end
+    images[i] = loaded
+  end
+  return images, width or 120, height or 90, note
 end
 
 -- Writes contact.png (contact-2.png, ...) into the folder: their names, and a sentence when an image could not be read or some are left out.
@@ -53,19 +73,22 @@ function sheet.write(study, folder)
     many, note = MOST_SHEETS, ("the contact sheets show the first %d of %d images"):format(MOST_SHEETS * A_SHEET, #shown)
   end
   for s = 1, many do
-    local images, labels, width, height = {}, {}, nil, nil
-    for i = (s - 1) * A_SHEET + 1, math.min(#shown, s * A_SHEET) do
-      local path, w, h, why = readable(folder, shown[i])
-      images[#images + 1], labels[#labels + 1] = path, label(study, shown[i])
-      width, height = width or w, height or h
-      note = note or why and "an image is left out: " .. why
+    local points = table.move(shown, (s - 1) * A_SHEET + 1, math.min(#shown, s * A_SHEET), 1, {})
+    local labels = {}
+    for i, p in ipairs(points) do
+      labels[i] = label(study, p)
     end
-    width, height = width or 4, height or 3
-    local cell_width = math.max(120, math.min(240, width))
-    local sheet_image <close> = contact_sheet {
-      images = images, labels = labels, width = cell_width, height = math.max(60, math.min(360, math.floor(cell_width * height / width + 0.5))),
+    local images, width, height, why = load_all(folder, points)
+    note = note or why
+    local sheet_image <close> = contact_sheet.make {
+      images = images, labels = labels, width = width, height = height,
       title = text.short(study.title .. (many > 1 and (" (%d of %d)"):format(s, many) or ""), 120),
     }
+    for _, loaded in ipairs(images) do
+      if loaded then
+        loaded:release()
+      end
+    end
     local name = s == 1 and "contact.png" or ("contact-%d.png"):format(s)
     guard.own(folder .. "/" .. name)
     sheet_image:save(folder .. "/" .. name, { text = false })

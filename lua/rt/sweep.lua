@@ -233,9 +233,10 @@ end
 -- Tables and page of what was found until it ended; quickly, for somebody has pressed Ctrl-C.
 local function leave(s)
   if s.store then
-    sweep_work.write_tables(s, sweep_work.results_of(s))
+    local results = sweep_work.results_of(s)
+    sweep_work.write_tables(s, results)
     if s.report ~= false then
-      require("rt.report").write(s.output, { plots = false, sheets = false })
+      require("rt.report").write(s.output, { plots = false, sheets = false }, results)
     end
   end
 end
@@ -262,7 +263,7 @@ local function execute(t)
   local results = sweep_work.results_of(s)
   sweep_work.write_tables(s, results)
   if s.store and s.report ~= false then
-    results.report = require("rt.report").write(s.output)
+    results.report = require("rt.report").write(s.output, nil, results)
   end
   return results, store
 end
