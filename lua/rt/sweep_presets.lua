@@ -44,9 +44,9 @@ presets.list = {
     end,
   },
   {
-    name = "structures", help = "each structure by each builder of the kd-tree",
+    name = "structures", help = "each structure by each of its builders", zip = true, -- a builder is of one structure
     axes = function()
-      return { { "tracer", "kdtree,octree" }, { "builder", "exact,binned,paper" } }
+      return { { "tracer", "bvh,bvh,bvh,kdtree,kdtree,kdtree,octree" }, { "builder", "auto,compact,spatial,exact,binned,paper,auto" } }
     end,
   },
   {

@@ -245,6 +245,9 @@ function replay.run(command, values, arguments)
   if not ok and type(fault) ~= "table" then
     fault = faults.of(fault)
   end
+  if not ok and fault.status == 2 then -- what it asks for stands in the image, not on the command line
+    fault = { status = 1, message = ("%s: its recipe cannot be followed: %s"):format(types.quote(path), fault.message) }
+  end
   if not ok and (#differences == 0 or fault.status > 1 or sys.interrupted()) then
     error(fault, 0)
   elseif not ok then -- what lacks is why

@@ -300,6 +300,7 @@ describe("rtray sweep", function()
     assert.equal("count=1, word=a\ncount=2, word=b\n", points("--over", "count=1,2", "--over", "word=a,b", "--zip"))
     assert.equal("size=500x500, workers=1\n", points("--preset", "jpvm"):match "^[^\n]*\n")
     assert.equal(10, select(2, points("--preset", "jpvm"):gsub("\n", "")))
+    assert.truthy(points("--preset", "structures"):find("tracer=bvh, builder=spatial\ntracer=kdtree, builder=exact\n", 1, true))
   end)
 
   it("refuses a wrong command line with status 2", function()
