@@ -1,9 +1,10 @@
 /* The eight-wide BVH: boxes of a node and triangles of a leaf in vectors; batches that are marked coherent in packets. */
-#include "bvh_packet.h"
+#include "bvh_weave.h"
 #define RTI_TRACER_NAME bvh
 #define RTK_WALK_INL    "../trace/bvh_lanes.inl"
 #define RTK_TREE        bvh
 #define RTK_TOP_TREE    top_bvh
 #define RTI_MODE_INL    "single.inl"
 #define RTI_PACKET_INL  "bvh_packet.inl"
+#define RTI_LONE
 #include "modes.inl"

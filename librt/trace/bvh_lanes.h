@@ -60,6 +60,38 @@ RTI_VEC rtk_u32 bvh_open(const rtk_bvhnode *n, const bvh_ray *v, float reach, fl
     return bits;
 }
 
+/* Of the slots in bits the one that the ray enters first; the others go onto the stack. With RTI_PACK bits may be 0: then any,
+ * and none goes there. */
+RTI_VEC rtk_u32 bvh_choose(const rtk_bvhnode *n, rtk_u32 bits, const float t[RTK_BVH_WIDTH], float *stack_t, rtk_u32 *stack_child,
+                           rtk_u32 *stack_count, rtk_u32 *top)
+{
+#ifdef RTI_PACK
+    const rti_f8 enter = rti_f8_load(t);
+    const rtk_u32 i = rti_f8_least(bits, enter);
+    bits &= ~(1u << i);
+    rti_f8_pack(stack_t + *top, bits, enter);
+    rti_u8_pack(stack_child + *top, bits, n->child);
+    rti_u8_pack(stack_count + *top, bits, n->count);
+    *top += (rtk_u32)__builtin_popcount(bits);
+    return i;
+#else
+    rtk_u32 near = (rtk_u32)__builtin_ctz(bits);
+    bits &= bits - 1u;
+    for (; bits != 0u; bits &= bits - 1u) {
+        rtk_u32 far = (rtk_u32)__builtin_ctz(bits);
+        if (t[far] < t[near]) {
+            rtk_u32 x = near;
+            near = far;
+            far = x;
+        }
+        stack_t[*top] = t[far];
+        stack_child[*top] = n->child[far];
+        stack_count[(*top)++] = n->count[far];
+    }
+    return near;
+#endif
+}
+
 /* A distance that no box may be entered behind, in the prepared ray's t: the end of the ray, and the best hit (rtk_query_done).
  * That one's t is outer + (tshift + x): where those are not zero, as much is added as three roundings can be off. */
 RTI_VEC float bvh_reach(const rtk_query *q, rtk_u32 mode, const rtk_pray *r, float outer)

@@ -24,30 +24,7 @@ RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_p
             rtk_u32 bits = bvh_open(n, &v, reach, t);
             if (bits == 0u)
                 goto next;
-#ifdef RTI_PACK
-            const rti_f8 enter = rti_f8_load(t);
-            i = rti_f8_least(bits, enter);
-            bits &= ~(1u << i);
-            rti_f8_pack(stack_t + top, bits, enter);
-            rti_u8_pack(stack_child + top, bits, n->child);
-            rti_u8_pack(stack_count + top, bits, n->count);
-            top += (rtk_u32)__builtin_popcount(bits);
-#else
-            rtk_u32 near = (rtk_u32)__builtin_ctz(bits);
-            bits &= bits - 1u;
-            for (; bits != 0u; bits &= bits - 1u) {
-                rtk_u32 far = (rtk_u32)__builtin_ctz(bits);
-                if (t[far] < t[near]) {
-                    rtk_u32 x = near;
-                    near = far;
-                    far = x;
-                }
-                stack_t[top] = t[far];
-                stack_child[top] = n->child[far];
-                stack_count[top++] = n->count[far];
-            }
-            i = near;
-#endif
+            i = bvh_choose(n, bits, t, stack_t, stack_child, stack_count, &top);
             at = n->child[i];
             count = n->count[i];
         }

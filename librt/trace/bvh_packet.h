@@ -323,8 +323,9 @@ RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rt
     }
 }
 
-/* The rays [p->rays] through a part's tree; returns those that it has not finished: the packet came apart. A node is opened when the
- * packet's bounds meet it, which is one test for all rays, and then one of the rays, asked from the first that met its parent. */
+/* The rays [p->rays] through a part's tree; returns those that it has not finished: the packet came apart. A node is opened when
+ * the packet's bounds meet it, which is one test for all rays, and then one of the rays, asked from the first that met its
+ * parent. */
 RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
 {
     struct {

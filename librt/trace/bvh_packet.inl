@@ -16,6 +16,14 @@ static void RTK_NAME(packet_single)(packet *p, const rtk_part *part, uint64_t ra
     }
 }
 
+/* Rays that go singly. Apart from the packets' loops, whose registers it would take. */
+__attribute__((noinline)) static void RTK_NAME(lone_rays)(packet *p, const rtk_part *part, uint64_t rays)
+{
+    if (rays != 0u && lone_fits(p->scene->groups, part))
+        rays = lone_rays(p, RTK_MODE, part, rays);
+    RTK_NAME(packet_single)(p, part, rays);
+}
+
 static void RTK_NAME(packet_part)(packet *p, const rtk_part *part, uint64_t rays)
 {
     uint64_t far;
@@ -32,8 +40,17 @@ static void RTK_NAME(packet_part)(packet *p, const rtk_part *part, uint64_t rays
             packet_begin(p, same);
             same = packet_walk(p, RTK_MODE, part);
         }
-        RTK_NAME(packet_single)(p, part, same);
+        RTK_NAME(lone_rays)(p, part, same);
     }
+}
+
+/* The same for rays that have nothing in common. */
+static void RTK_NAME(lone_part)(packet *p, const rtk_part *part, uint64_t rays)
+{
+    uint64_t far;
+    rays = packet_prepare(p, part, rays, &far);
+    RTK_NAME(packet_single)(p, part, far);
+    RTK_NAME(lone_rays)(p, part, rays);
 }
 
 /* Planes, instances, and what finishes a hit, one ray at a time. */
@@ -51,8 +68,8 @@ static void RTK_NAME(packet_rest)(packet *p, rtk_u32 n, uint64_t valid, rtk_hit_
     }
 }
 
-static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
-                              uint32_t count, rti_scratch *scratch)
+RTI_VEC void RTK_NAME(batch)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                             uint32_t count, rti_scratch *scratch, int coherent)
 {
     const rtk_group *g = scene->groups;
     int plain = g->plane_count == 0u && g->shape_count == 0u && scene->instance_count == 0u;
@@ -61,7 +78,7 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
         rtk_u32 n = count - first < PACKET ? count - first : PACKET;
         uint64_t valid = packet_load(&p, scene, rays, first, n, scratch);
         for (rtk_u32 k = 0u; k < g->part_count; k++)
-            RTK_NAME(packet_part)(&p, &g->parts[k], valid & ~p.done);
+            (coherent ? RTK_NAME(packet_part) : RTK_NAME(lone_part))(&p, &g->parts[k], valid & ~p.done);
         if (!plain)
             RTK_NAME(packet_rest)(&p, n, valid, hits);
         for (rtk_u32 at = 0u; at < n; at += RTK_BLOCK) {
@@ -79,4 +96,20 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
             }
         }
     }
+}
+
+static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                              uint32_t count, rti_scratch *scratch)
+{
+    RTK_NAME(batch)(scene, rays, hits, occluded, count, scratch, 1);
+}
+
+static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                           uint32_t count, rti_scratch *scratch)
+{
+    const rtk_group *g = scene->groups;
+    if (g->plane_count == 0u && g->shape_count == 0u && scene->instance_count == 0u && (g->flags & RTK_GROUP_PLAIN))
+        RTK_NAME(batch)(scene, rays, hits, occluded, count, scratch, 0);
+    else
+        RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
 }

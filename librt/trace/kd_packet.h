@@ -142,7 +142,8 @@ RTI_VEC uint32_t kd_packet_untried(kd_packet *p, uint32_t ref, uint32_t lanes)
 /* Triangle `tri` for `lanes`; returns those that hit it or are in doubt. take: packet_settle may add sure ones to the hits. */
 RTI_VEC uint32_t kd_packet_tri(const kd_packet *p, rtk_u32 mode, const rtk_tri *tri, uint32_t lanes, bool take, tri_hit *hit)
 {
-    const float v0[3] = {tri->v0[p->kx], tri->v0[p->ky], tri->v0[p->kz]}, v1[3] = {tri->v1[p->kx], tri->v1[p->ky], tri->v1[p->kz]};
+    const float v0[3] = {tri->v0[p->kx], tri->v0[p->ky], tri->v0[p->kz]},
+                v1[3] = {tri->v1[p->kx], tri->v1[p->ky], tri->v1[p->kz]};
     const float v2[3] = {tri->v2[p->kx], tri->v2[p->ky], tri->v2[p->kz]};
     vec a[3] = {V(set)(v0[0]), V(set)(v0[1]), V(set)(v0[2])}, b[3] = {V(set)(v1[0]), V(set)(v1[1]), V(set)(v1[2])};
     vec c[3] = {V(set)(v2[0]), V(set)(v2[1]), V(set)(v2[2])};

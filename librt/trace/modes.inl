@@ -2,7 +2,7 @@
  *
  * Template. The including file defines RTI_TRACER_NAME; RTI_MODE_INL, the body: it defines RTK_NAME(rays) for the mode RTK_MODE
  * (single.inl is the one for one ray at a time); and what that asks for. RTI_PACKET_INL, if it is defined, gives RTK_NAME(packets)
- * for closest and any hit of coherent batches.
+ * for closest and any hit of coherent batches; with RTI_LONE RTK_NAME(lone), too, for other batches.
  */
 #include "lane.h"
 #include "tracers.h"
@@ -42,6 +42,11 @@
 #define PACKETS RAYS
 #endif
 #define RAYS(mode, hits, occluded) JOIN(RTI_TRACER_NAME, rays, mode)(scene, rays, hits, occluded, count, scratch)
+#ifdef RTI_LONE /* the packets' file has a way of its own for rays of other batches */
+#define LONE(mode, hits, occluded) JOIN(RTI_TRACER_NAME, lone, mode)(scene, rays, hits, occluded, count, scratch)
+#else
+#define LONE RAYS
+#endif
 
 void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, intersect))(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
                                                  uint32_t count, uint32_t flags, rti_scratch *scratch)
@@ -52,7 +57,7 @@ void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, intersect))(const rtk_scene *sc
         if (flags & RTI_TRACE_COHERENT)
             PACKETS(0, hits, NULL);
         else
-            RAYS(0, hits, NULL);
+            LONE(0, hits, NULL);
         break;
     case RTI_TRACE_AFTER:
         RAYS(2, hits, NULL);
@@ -74,5 +79,5 @@ void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, occluded))(const rtk_scene *sce
     else if (flags & RTI_TRACE_COHERENT)
         PACKETS(1, NULL, occluded);
     else
-        RAYS(1, NULL, occluded);
+        LONE(1, NULL, occluded);
 }

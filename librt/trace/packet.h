@@ -84,17 +84,18 @@ RTI_VEC rtk_u32 packet_rays_enter(const vec org[3], const vec inv[3], vec tmin, 
     return meet & ~*far;
 }
 
-/* Of a triangle's doubted lanes, those that rti_tri_settle leaves to be asked. best: where each lane's best hit is, behind which a
- * closest hit is none. Any hit: sure ones are added to `take` (NULL: none may be). v0, v1, v2: the corners in the rays' order of
- * axes. */
+/* Of a triangle's doubted lanes, those that rti_tri_settle leaves to be asked. best: where each lane's best hit is, behind which
+ * a closest hit is none. Any hit: sure ones are added to `take` (NULL: none may be). v0, v1, v2: the corners in the rays' order
+ * of axes. */
 RTI_VEC rtk_u32 packet_settle(const tri_ray *rays, vec best, rtk_u32 mode, rtk_u32 doubt, const float v0[3], const float v1[3],
                               const float v2[3], rtk_u32 *take)
 {
     rtk_u32 ask = 0u;
     for (; doubt != 0u; doubt &= doubt - 1u) {
         const rtk_u32 i = (rtk_u32)__builtin_ctz(doubt);
-        const rti_tri_pair r = {rays->ox[i],  rays->oy[i],     rays->oz[i],    rays->sx[i],   rays->sy[i],
-                                rays->kdz[i], rays->tshift[i], rays->scale[i], rays->tmin[i], mode & RTK_MODE_ANY ? rays->tmax[i] : best[i]};
+        const rti_tri_pair r = {
+            rays->ox[i],  rays->oy[i],     rays->oz[i],    rays->sx[i],   rays->sy[i],
+            rays->kdz[i], rays->tshift[i], rays->scale[i], rays->tmin[i], mode & RTK_MODE_ANY ? rays->tmax[i] : best[i]};
         const int sure = rti_tri_settle(&r, v0, v1, v2);
         if (sure > 0 && take && (mode & RTK_MODE_ANY))
             *take |= 1u << i;

@@ -26,12 +26,12 @@
 #undef RTI_N
 #endif
 
-/* What rtk_tri_intersect will say of a pair that the fast test doubts: -1, no hit with tmin < t < tmax; 1, a hit for certain; 0, ask
- * it. In doubles, which is a tenth of its doubled floats: of big triangles beside which a ray starts, or that stand edge-on, nearly
- * all are settled here. Products of two floats are exact in double, so the signs are those of rtk_compare_products. The depth is
- * rtk_tri_exact's of the same sheared vertices but for its roundings, 2^-44 |x| |y| (D + |az|) / |det|, which the bound on |det| keeps
- * below 2^-26 scale; the plane's depth, which may stand for it, is no farther than 2^-19 scale. So t is no farther than `off`.
- * v0, v1, v2: the corners in the ray's order of axes. */
+/* What rtk_tri_intersect will say of a pair that the fast test doubts: -1, no hit with tmin < t < tmax; 1, a hit for certain; 0,
+ * ask it. In doubles, which is a tenth of its doubled floats: of big triangles beside which a ray starts, or that stand edge-on,
+ * nearly all are settled here. Products of two floats are exact in double, so the signs are those of rtk_compare_products. The
+ * depth is rtk_tri_exact's of the same sheared vertices but for its roundings, 2^-44 |x| |y| (D + |az|) / |det|, which the bound
+ * on |det| keeps below 2^-26 scale; the plane's depth, which may stand for it, is no farther than 2^-19 scale. So t is no farther
+ * than `off`. v0, v1, v2: the corners in the ray's order of axes. */
 typedef struct rti_tri_pair {
     float ox, oy, oz, sx, sy, kdz, tshift, scale, tmin, tmax;
 } rti_tri_pair;
@@ -42,7 +42,8 @@ RTI_VEC int rti_tri_settle(const rti_tri_pair *r, const float v0[3], const float
     const float ax = (v0[0] - r->ox) - r->sx * az, ay = (v0[1] - r->oy) - r->sy * az;
     const float bx = (v1[0] - r->ox) - r->sx * bz, by = (v1[1] - r->oy) - r->sy * bz;
     const float cx = (v2[0] - r->ox) - r->sx * cz, cy = (v2[1] - r->oy) - r->sy * cz;
-    const double u = (double)cx * by - (double)cy * bx, v = (double)ax * cy - (double)ay * cx, w = (double)bx * ay - (double)by * ax;
+    const double u = (double)cx * by - (double)cy * bx, v = (double)ax * cy - (double)ay * cx,
+                 w = (double)bx * ay - (double)by * ax;
     const double det = u + v + w, size = det < 0.0 ? -det : det;
     const float mx = rtk_max(rtk_max(rtk_fabs(ax), rtk_fabs(bx)), rtk_fabs(cx));
     const float my = rtk_max(rtk_max(rtk_fabs(ay), rtk_fabs(by)), rtk_fabs(cy));

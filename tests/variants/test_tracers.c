@@ -140,11 +140,18 @@ static void compare_coherent(batch *b, const rtk_scene *s, const rti_tracer *jud
 /* The judge's answers against one tracer's, for the batch's rays. */
 static void compare(batch *b, const rtk_scene *s, const rti_tracer *judge, const rti_tracer *tracer, const char *what)
 {
-    rti_scratch scratch = {.times = b->times};
+    rti_scratch scratch = {.times = b->times}, turns = {.times = b->times, .turns = true};
+    const bool bvh = tracer->tree == RTK_TREE_BVH;
     judge->intersect(s, b->rays, b->hits, BATCH, 0, &scratch);
-    tracer->intersect(s, b->rays, b->other, BATCH, 0, &scratch);
-    same_hits(b, what, tracer->name, b->hits, b->other);
+    for (int way = 0; way <= bvh; way++) {
+        tracer->intersect(s, b->rays, b->other, BATCH, 0, way ? &turns : &scratch);
+        same_hits(b, what, way ? "bvh, by turns" : tracer->name, b->hits, b->other);
+    }
     judge->occluded(s, b->rays, b->occluded, BATCH, 0, &scratch);
+    if (bvh) {
+        tracer->occluded(s, b->rays, b->occluded_other, BATCH, 0, &turns);
+        assert_memory_equal(b->occluded, b->occluded_other, sizeof b->occluded);
+    }
     tracer->occluded(s, b->rays, b->occluded_other, BATCH, 0, &scratch);
     for (uint32_t i = 0; i < BATCH; i++) {
         unsigned hit = b->hits[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;

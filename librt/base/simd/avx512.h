@@ -43,6 +43,11 @@ RTI_VEC void rti_u8_pack(uint32_t *p, uint32_t bits, const uint32_t *a)
     _mm256_storeu_si256((__m256i *)(void *)p,
                         _mm256_maskz_compress_epi32((__mmask8)bits, _mm256_loadu_si256((const __m256i *)(const void *)a)));
 }
+#define RTI_MSUB 1
+RTI_VEC rti_f8 rti_f8_msub(rti_f8 a, rti_f8 b, rti_f8 c)
+{
+    return _mm256_maskz_fmsub_ps((__mmask8)255, a, b, c); /* the plain one is not for who has no -mfma */
+}
 RTI_VEC uint32_t rti_f8_least(uint32_t bits, rti_f8 a)
 {
     const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);

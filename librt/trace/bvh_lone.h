@@ -1,0 +1,249 @@
+/* Rays that go one by one through the eight-wide BVH, for hot files.
+ *
+ * They are loaded and prepared in vectors as those of a packet (bvh_packet.h) and leave their hits there. This is for triangles
+ * in blocks of a group each hit of which counts (lone_fits); a doubted one goes through a query (packet_ask). The walk is that of
+ * bvh_lanes.inl but for this: planes are met at plane * inv - org * inv. The product org * inv is rounded, by 2^-24 of |org| <=
+ * RTK_FAR scale, which is a sixteenth of what RTK_GROW holds in reserve (ray.h, theory point 3). Rays for which it would leave
+ * the floats' range go by bvh_lanes.inl.
+ */
+#ifndef RTI_BVH_LONE_H
+#define RTI_BVH_LONE_H
+
+#include "bvh_packet.h"
+
+#define LONE_END   0xffffffffu /* count of the entry at the stack's foot */
+#define LONE_STACK (RTK_BVH_STACK + RTK_BVH_WIDTH + 1u)
+
+/* A ray on its way. */
+typedef struct lone {
+    float inv[3], start[3], t0, reach; /* start: org * inv */
+    rtk_u32 near[3], lane;             /* near: rows of box with the planes that it enters by */
+    rtk_u32 at, count, top, late;      /* node, or leaf as in rtk_bvhnode; entries of the stack; bvh_late's ref */
+    float stack_t[LONE_STACK];
+    rtk_u32 stack_child[LONE_STACK], stack_count[LONE_STACK];
+} lone;
+
+/* What all rays of a packet share in a part. */
+typedef struct lone_all {
+    packet *p;
+    const rtk_part *part;
+    rtk_tree tree;
+    rtk_u32 spread; /* the rays start all over the part */
+    float sx[PACKET], sy[PACKET];
+} lone_all;
+
+/* The best hit's identity, which a walk does without (bvh_lanes.h). */
+RTI_VEC void lone_settle(const lone_all *a, lone *w)
+{
+    const rtk_tri *tri;
+    if (w->late == RTK_INVALID)
+        return;
+    tri = &a->p->scene->groups->tris[w->late];
+    a->p->prim[w->lane] = rtk_float(tri->prim);
+    a->p->geom[w->lane] = rtk_float(tri->geom);
+    w->late = RTK_INVALID;
+}
+
+/* A reference by the leaf test itself: 1, nothing more is asked. */
+RTI_VEC int lone_ask(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 ref)
+{
+    lone_settle(a, w);
+    packet_ask(a->p, mode, a->part, w->lane, ref);
+    return (mode & RTK_MODE_ANY) && (a->p->done >> w->lane & 1u);
+}
+
+/* A leaf: 1, a hit will do. */
+RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
+{
+    packet *p = a->p;
+    const rtk_tree *tree = &a->tree;
+    const rtk_u32 l = w->lane, kz = p->axis[l] & 3u, kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
+    const rtk_u32 end = (w->at + w->count + 3u) / 4u;
+    rti_tri_ray4 r;
+    if (w->at >= 4u * tree->block_count) {
+        for (rtk_u32 k = 0u; k < w->count; k++)
+            if (lone_ask(a, w, mode, tree->refs[w->at + k]))
+                return 1;
+        return 0;
+    }
+    r.ox = rti_f4_set(p->org[kx][l]);
+    r.oy = rti_f4_set(p->org[ky][l]);
+    r.oz = rti_f4_set(p->org[kz][l]);
+    r.sx = rti_f4_set(a->sx[l]);
+    r.sy = rti_f4_set(a->sy[l]);
+    r.kdz = rti_f4_set(p->dir[kz][l]);
+    r.tmin = rti_f4_set(p->tmin[l]);
+    r.tmax = rti_f4_set(p->tmax[l]);
+    r.tshift = rti_f4_set(0.0f);
+    r.scale = rti_f4_set(a->part->scale);
+    for (rtk_u32 k = w->at / 4u; k < end; k++) {
+        const rtk_bvhblock *b = &tree->blocks[k];
+        const rti_f4 p0[3] = {rti_f4_load(b->v0[kx]), rti_f4_load(b->v0[ky]), rti_f4_load(b->v0[kz])};
+        const rti_f4 p1[3] = {rti_f4_load(b->v1[kx]), rti_f4_load(b->v1[ky]), rti_f4_load(b->v1[kz])};
+        const rti_f4 p2[3] = {rti_f4_load(b->v2[kx]), rti_f4_load(b->v2[ky]), rti_f4_load(b->v2[kz])};
+        rti_tri_hit4 hit;
+        float t[4], u[4], v[4];
+        rtk_u32 bits = rti_tri4(&r, p0, p1, p2, 15u, &hit);
+        if (__builtin_expect(bits == 0u, 1))
+            continue;
+        rti_f4_store(t, hit.t);
+        rti_f4_store(u, hit.u);
+        rti_f4_store(v, hit.v);
+        for (; bits != 0u; bits &= bits - 1u) {
+            const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), ref = tree->refs[4u * k + i];
+            int sure = 1;
+            if (hit.doubt >> i & 1u) {
+                const rti_tri_pair pair = {r.ox[0],  r.oy[0],     r.oz[0],        a->sx[l],   a->sy[l],
+                                           r.kdz[0], r.tshift[0], a->part->scale, p->tmin[l], p->t[l]};
+                const float c0[3] = {b->v0[kx][i], b->v0[ky][i], b->v0[kz][i]};
+                const float c1[3] = {b->v1[kx][i], b->v1[ky][i], b->v1[kz][i]};
+                const float c2[3] = {b->v2[kx][i], b->v2[ky][i], b->v2[kz][i]};
+                sure = rti_tri_settle(&pair, c0, c1, c2);
+                if (sure < 0)
+                    continue;
+                sure = sure && (mode & RTK_MODE_ANY); /* a closest hit is the leaf test's to the bit */
+            }
+            if (sure && !(mode & RTK_MODE_ANY) && t[i] > p->t[l])
+                continue;
+            if (sure && (mode & RTK_MODE_ANY)) {
+                p->done |= (uint64_t)1u << l;
+                return 1;
+            }
+            if (t[i] == p->t[l] && w->late == RTK_INVALID)
+                sure = 0; /* the best is another part's: the order of hits decides */
+            if (!sure) {
+                if (lone_ask(a, w, mode, ref))
+                    return 1;
+            } else if (t[i] < p->t[l] || ref < w->late) {
+                p->t[l] = t[i];
+                p->u[l] = u[i];
+                p->v[l] = v[i];
+                w->late = ref;
+                __builtin_prefetch(&p->scene->groups->tris[ref]);
+            }
+        }
+    }
+    return 0;
+}
+
+RTI_VEC void lone_start(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 lane)
+{
+    const packet *p = a->p;
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        w->inv[k] = p->inv[k][lane];
+        w->start[k] = p->org[k][lane] * p->inv[k][lane];
+        w->near[k] = (2u * k + (p->axis[lane] >> (2u + k) & 1u)) * RTK_BVH_WIDTH;
+    }
+    w->t0 = p->t0[lane];
+    w->reach = mode & RTK_MODE_ANY ? p->t1[lane] : rtk_min(p->t1[lane], p->t[lane]);
+    w->lane = lane;
+    w->late = RTK_INVALID;
+    w->at = w->count = 0u;
+    w->stack_t[0] = -RTK_INF;
+    w->stack_child[0] = 0u;
+    w->stack_count[0] = LONE_END;
+    w->top = 1u;
+}
+
+/* Shears, and whether the rays are spread; returns those whose way cannot be told by products. */
+RTI_VEC uint64_t lone_prepare(lone_all *a, uint64_t rays)
+{
+    const packet *p = a->p;
+    const vec most = V(set)(1.0e37f), inf = V(set)(RTK_INF);
+    vec lo[3] = {inf, inf, inf}, hi[3] = {-inf, -inf, -inf};
+    uint64_t far = 0u;
+    rtk_vec3 size = rtk_sub(a->part->hi, a->part->lo);
+    float across = 0.0f;
+    for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
+        const rtk_u32 lanes = packet_bits(rays, at);
+        rtk_u32 first = 0u, second = 0u, fit = LANES_ALL; /* lanes whose axis is x, y */
+        vec d[3], sx, sy, sz;
+        if (lanes == 0u)
+            continue;
+        for (rtk_u32 k = 0u; k < 3u; k++) {
+            const vec o = V(load)(p->org[k] + at);
+            d[k] = V(load)(p->dir[k] + at);
+            fit &= VM(bits)(V(le)(V(abs)(o * V(load)(p->inv[k] + at)), most));
+            lo[k] = V(min)(lo[k], V(select)(VM(of)(lanes), o, lo[k]));
+            hi[k] = V(max)(hi[k], V(select)(VM(of)(lanes), o, hi[k]));
+        }
+        for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
+            first |= (rtk_u32)((p->axis[at + i] & 3u) == 0u) << i;
+            second |= (rtk_u32)((p->axis[at + i] & 3u) == 1u) << i;
+        }
+        sz = V(select)(VM(of)(first), d[0], V(select)(VM(of)(second), d[1], d[2]));
+        sx = V(select)(VM(of)(first), d[1], V(select)(VM(of)(second), d[2], d[0]));
+        sy = V(select)(VM(of)(first), d[2], V(select)(VM(of)(second), d[0], d[1]));
+        V(store)(a->sx + at, sx / sz);
+        V(store)(a->sy + at, sy / sz);
+        far |= (uint64_t)(LANES_ALL & ~fit) << at;
+    }
+    for (rtk_u32 k = 0u; k < 3u; k++)
+        across += packet_high(hi[k]) - packet_low(lo[k]);
+    a->spread = across > 0.25f * (size.x + size.y + size.z);
+    return far & rays;
+}
+
+/* One ray to its end: the turns of one ray, with what it needs in registers. */
+RTI_VEC void lone_walk(const lone_all *a, lone *w, rtk_u32 mode)
+{
+    const char *nodes = (const char *)a->tree.bvh;
+    const size_t x = w->near[0] * sizeof(float), y = w->near[1] * sizeof(float), z = w->near[2] * sizeof(float);
+    const size_t far = RTK_BVH_WIDTH * sizeof(float);
+    const bvh_vec ix = NODE(set)(w->inv[0]), iy = NODE(set)(w->inv[1]), iz = NODE(set)(w->inv[2]);
+    const bvh_vec ox = NODE(set)(w->start[0]), oy = NODE(set)(w->start[1]), oz = NODE(set)(w->start[2]);
+    const bvh_vec begin = NODE(set)(w->t0);
+    bvh_vec end = NODE(set)(w->reach);
+    rtk_u32 top = w->top, at = w->at, count = w->count;
+    for (;;) {
+        while (count == 0u) {
+            float t[RTK_BVH_WIDTH];
+            const char *from = nodes + (size_t)at * sizeof(rtk_bvhnode);
+            const rtk_bvhnode *n = (const rtk_bvhnode *)(const void *)from;
+            rtk_u32 bits = 0u, i;
+            for (i = 0u; i < RTK_BVH_WIDTH; i += NODE_N) {
+#define ROW(offset) NODE(load)((const float *)(const void *)(from + (offset)) + i)
+                bvh_vec t0 = NODE(max)(NODE(max)(NODE(msub)(ROW(x), ix, ox), NODE(msub)(ROW(y), iy, oy)),
+                                       NODE(max)(NODE(msub)(ROW(z), iz, oz), begin));
+                bvh_vec t1 = NODE(min)(NODE(min)(NODE(msub)(ROW(x ^ far), ix, ox), NODE(msub)(ROW(y ^ far), iy, oy)),
+                                       NODE(min)(NODE(msub)(ROW(z ^ far), iz, oz), end));
+#undef ROW
+                NODE(store)(t + i, t0);
+                bits |= node_bits(NODE(le)(t0, t1)) << i;
+            }
+            if (bits == 0u)
+                goto next;
+#ifdef RTI_PACK
+            if (mode & RTK_MODE_ANY) {
+                i = (rtk_u32)__builtin_ctz(bits);
+                bits &= bits - 1u;
+                rti_u8_pack(w->stack_child + top, bits, n->child);
+                rti_u8_pack(w->stack_count + top, bits, n->count);
+                top += (rtk_u32)__builtin_popcount(bits);
+            } else
+#endif
+                i = bvh_choose(n, bits, t, w->stack_t, w->stack_child, w->stack_count, &top);
+            at = n->child[i];
+            count = n->count[i];
+        }
+        if (count == LONE_END)
+            break;
+        w->at = at;
+        w->count = count;
+        if (lone_leaf(a, w, mode))
+            break;
+        if (!(mode & RTK_MODE_ANY)) {
+            w->reach = rtk_min(w->reach, a->p->t[w->lane]);
+            end = NODE(set)(w->reach);
+        }
+    next:
+        do
+            top--;
+        while (!(mode & RTK_MODE_ANY) && w->stack_t[top] > w->reach);
+        at = w->stack_child[top];
+        count = w->stack_count[top];
+    }
+    lone_settle(a, w);
+}
+
+#endif
