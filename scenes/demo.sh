@@ -23,7 +23,7 @@ for scene in "$here"/*.lua "$here"/*.sdf; do
     real.lua)
         for mesh in sponza sibenik bunny; do
             if [ -f "$meshes/$mesh.ply" ]; then
-                render "$mesh.png" "$scene" -D "name=$mesh"
+                render "$mesh.png" "$scene" -D "mesh=$meshes/$mesh.ply"
             else
                 printf '== %s.png is left out: there is no %s.ply in %s\n' "$mesh" "$mesh" "$meshes"
             fi

@@ -194,6 +194,17 @@ end_header
     assert.truthy(r.err:find("cube.ply", 1, true), r.err)
   end)
 
+  it("of a benchmark mesh is one of the scenes of scenes/, in the sandbox", function()
+    local folder = support.folder()
+    local mesh = support.write(folder .. "/bunny.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n" ..
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n-1 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    local r = rtray { "render", support.source .. "/scenes/real.lua", "-D", "mesh=" .. mesh, "--size", "8x6", "-o", folder .. "/x.png" }
+    assert.equal(0, r.status, r.err)
+    r = rtray { "render", support.source .. "/scenes/real.lua", "-D", "mesh=" .. support.write(folder .. "/cow.ply", ""), "-o", folder .. "/x.png" }
+    assert.equal(1, r.status)
+    assert.truthy(r.err:find("known are sponza.ply, sibenik.ply and bunny.ply", 1, true), r.err)
+  end)
+
   it("of the real ones verifies", function()
     local scenes = os.getenv "LIBRT_SCENES"
     if not scenes or not support.exists(scenes .. "/teapot.ply") then
