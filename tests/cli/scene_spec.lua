@@ -196,8 +196,8 @@ end_header
 
   it("of a benchmark mesh is one of the scenes of scenes/, in the sandbox", function()
     local folder = support.folder()
-    local mesh = support.write(folder .. "/bunny.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n" ..
-      "element face 1\nproperty list uchar int vertex_indices\nend_header\n-1 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    local mesh = support.write(folder .. "/bunny.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n" ..
+      "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n-1 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
     local r = rtray { "render", support.source .. "/scenes/real.lua", "-D", "mesh=" .. mesh, "--size", "8x6", "-o", folder .. "/x.png" }
     assert.equal(0, r.status, r.err)
     r = rtray { "render", support.source .. "/scenes/real.lua", "-D", "mesh=" .. support.write(folder .. "/cow.ply", ""), "-o", folder .. "/x.png" }
