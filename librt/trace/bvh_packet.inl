@@ -108,7 +108,7 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
                            uint32_t count, rti_scratch *scratch)
 {
     const rtk_group *g = scene->groups;
-    if (g->plane_count == 0u && g->shape_count == 0u && scene->instance_count == 0u && (g->flags & RTK_GROUP_PLAIN))
+    if (count >= PACKET_FEW && g->plane_count == 0u && g->shape_count == 0u && scene->instance_count == 0u && (g->flags & RTK_GROUP_PLAIN))
         RTK_NAME(batch)(scene, rays, hits, occluded, count, scratch, 0);
     else
         RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
