@@ -128,8 +128,6 @@ rt_status rti_frame_plan(rt_context *ctx, const char *what, rti_frame *frame, co
     if (frame->batch < RTK_BLOCK)
         frame->batch = RTK_BLOCK;
     frame->shadow_rays = SHADOW_MAX;
-    if (per_hit * frame->batch < SHADOW_MAX - 2 * RTK_BLOCK)
-        frame->shadow_rays = ((uint32_t)(per_hit * frame->batch) / RTK_BLOCK + 2) * RTK_BLOCK;
     frame->stack_rays = (frame->batch + RTK_BLOCK) *
                         (frame->set.integrator->branching < 2 ? frame->set.integrator->branching : frame->set.desc.max_depth + 1);
     choose_tiles(frame);
