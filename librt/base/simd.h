@@ -6,8 +6,9 @@
  *   rti_fN_set(x)  _load(p)  _store(p, a)             any alignment
  *   rti_fN_min(a, b)  _max(a, b)                      a < b ? a : b and a > b ? a : b, so b when one is NaN, as rtk_min, rtk_max
  *   rti_fN_abs(a)
- *   rti_f4_msub(a, b, c)  rti_f8_msub                 a * b - c, rounded once or twice: for bounds, never for what a hit is made
- * of rti_fN_lt(a, b)  _le(a, b)  _eq(a, b)             masks; false where one is NaN rti_fN_select(m, a, b) m ? a : b
+ *   rti_f4_msub(a, b, c)  rti_f8_msub(a, b, c)        a * b - c, rounded once or twice: for bounds, not for hits
+ *   rti_fN_lt(a, b)  _le(a, b)  _eq(a, b)             masks; false where one is NaN
+ *   rti_fN_select(m, a, b)                            m ? a : b
  *   rti_mN_and(a, b)  _or(a, b)  _andnot(a, b)        a and not b
  *   rti_mN_bits(m)  _of(bits)                         lane i is bit i
  *

@@ -7,15 +7,15 @@
  *     the primitive's box; a root outside it is refused by the test itself). scale is the largest absolute coordinate of the
  *     group's bounds; a prepared ray's origin is never farther out than 4 scale, because a farther one is first moved to the
  *     group's box (tshift). Brute force does the same, for the step is part of the group, not of a tracer.
- *  3. Trees bound every primitive by a box grown by RTK_GROW * scale on all sides; a builder that clips clips to the cell grown
- * by as much. RTK_GROW exceeds RTK_DELTA plus the rounding of (plane - org) * inv, or of plane * inv - org * inv. So a hit's
- * point lies well inside every grown box and every cell interval that has to hold it, and neither a slab test nor a walk can lose
- * it: no epsilon in a tracer.
+ *  3. Trees bound every primitive by a box grown by RTK_GROW * scale on all sides; a builder that clips clips to the cell grown by
+ *     as much. RTK_GROW exceeds RTK_DELTA plus the rounding of (plane - org) * inv, or of plane * inv - org * inv. So a hit's point
+ *     lies well inside every grown box and every cell interval that has to hold it, and neither a slab test nor a walk can lose it:
+ *     no epsilon in a tracer.
  *  4. A walk that splits [t0, t1] at t = (plane - org) * inv visits cells whose intervals tile the ray exactly; the leaf
  *     whose interval holds t lists the primitive. It may stop at a cell when best.t < t1, a cull is `enter <= best.t`.
  *  5. Equal t: (t, instance, geometry, primitive) in description order decides.
- *  6. Point 3 makes boxes as coarse as the group is large. A group that also holds far smaller things is cut into parts of about
- * one scale each, with bounds, scale and trees of their own; above, "group" is then to be read as "part", and brute force too
+ *  6. Point 3 makes boxes as coarse as the group is large. A group that also holds far smaller things is cut into parts of about one
+ *     scale each, with bounds, scale and trees of their own; above, "group" is then to be read as "part", and brute force too
  *     prepares a ray for each part. Primitives that share a vertex are in one part: neighbours meet the same prepared ray, so no
  *     ray passes between them.
  */
@@ -42,9 +42,9 @@ typedef struct rtk_hit {
     rtk_u32 prim, geom, inst;
 } rtk_hit;
 
-/* A ray prepared for one part of a group. t of the part's primitives = tshift + (t along org). kx, ky, kz and sx, sy: axes and
- * shear of Woop, Benthin, Wald 2013; korg: org in the order kx, ky, kz; kdz: dir along kz. t0, t1: the part inside the group's
- * grown box and [tmin, tmax], measured from org. */
+/* A ray prepared for one part of a group. t of the part's primitives = tshift + (t along org). kx, ky, kz and sx, sy: axes and shear of
+ * Woop, Benthin, Wald 2013; korg: org in the order kx, ky, kz; kdz: dir along kz. t0, t1: the part inside the group's grown box
+ * and [tmin, tmax], measured from org. */
 typedef struct rtk_pray {
     rtk_vec3 org, dir, inv;
     float tmin, tmax; /* as given, in the caller's t */

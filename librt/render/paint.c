@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "../kernel/vec.h"
 #include "font.h"
 #include "image.h"
 #include "librt/draw.h"
@@ -74,11 +75,6 @@ static rt_status check(rt_context *ctx, const char *text, const rt_label_desc *d
     return RT_OK;
 }
 
-static float less(float a, float b) /* fminf is a call of the C library's */
-{
-    return b < a ? b : a;
-}
-
 /* How far (x, y) is from the segment, squared. */
 static float distance_squared(const rti_font_segment *s, float x, float y)
 {
@@ -107,10 +103,10 @@ static void draw_glyph(rt_image *image, const rti_font_glyph *g, float x, float 
     for (uint32_t i = 0; i < g->count; i++) {
         const rti_font_segment *s = &g->segments[i];
         rti_font_segment p = {x + s->x0 * unit, y + s->y0 * unit, x + s->x1 * unit, y + s->y1 * unit};
-        low[0] = less(low[0], less(p.x0, p.x1));
-        low[1] = less(low[1], less(p.y0, p.y1));
-        high[0] = -less(-high[0], less(-p.x0, -p.x1));
-        high[1] = -less(-high[1], less(-p.y0, -p.y1));
+        low[0] = rtk_min(low[0], rtk_min(p.x0, p.x1));
+        low[1] = rtk_min(low[1], rtk_min(p.y0, p.y1));
+        high[0] = rtk_max(high[0], rtk_max(p.x0, p.x1));
+        high[1] = rtk_max(high[1], rtk_max(p.y0, p.y1));
         placed[i] = p;
     }
     if (g->count == 0)
@@ -124,7 +120,7 @@ static void draw_glyph(rt_image *image, const rti_font_glyph *g, float x, float 
         for (uint32_t column = x0; column < x1; column++) {
             float nearest = 1e18f, part;
             for (uint32_t i = 0; i < g->count; i++)
-                nearest = less(nearest, distance_squared(&placed[i], (float)column + 0.5f, (float)row + 0.5f));
+                nearest = rtk_min(nearest, distance_squared(&placed[i], (float)column + 0.5f, (float)row + 0.5f));
             part = radius + 0.5f - sqrtf(nearest);
             if (part > 0.0f)
                 blend(p + 4 * (size_t)column, d->color, (part < 1.0f ? part : 1.0f) * d->opacity);

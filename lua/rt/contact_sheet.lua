@@ -57,7 +57,7 @@ local fields = {
 
 local contact_sheet = {}
 
--- The size that fits into width x height in the picture's shape; small pictures are enlarged by whole factors alone.
+-- The size that fits into width x height in the picture's shape, and whether that is no smaller; pictures are enlarged by whole factors alone.
 function contact_sheet.fit(w, h, width, height)
   local scale = math.min(width / w, height / h)
   if scale > 1 then

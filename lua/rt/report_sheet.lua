@@ -51,7 +51,8 @@ local function load_all(folder, points)
       end
       if w > width or h > height then
         local large <close> = loaded
-        loaded = large:resize(contact_sheet.fit(w, h, width, height))
+        local small_width, small_height = contact_sheet.fit(w, h, width, height)
+        loaded = large:resize(small_width, small_height)
       end
     end
     images[i] = loaded

@@ -56,11 +56,11 @@ static bool reaches(uint32_t bits, int code)
     return 255.0 * rti_srgb_encode(float_of(bits)) + 0.5 >= code;
 }
 
+/* Bits of positive floats ascend with them: a code's smallest float stands beside the curve's inverse. */
 void rti_srgb_encoder_init(rti_srgb_encoder *e)
 {
     e->least[0] = 0.0f;
-    for (int code = 1; code < 256;
-         code++) { /* bits of positive floats ascend with them; the inverse is some floats off at most */
+    for (int code = 1; code < 256; code++) {
         float guess = (float)rti_srgb_decode((code - 0.5) / 255.0);
         uint32_t bits;
         memcpy(&bits, &guess, sizeof bits);
