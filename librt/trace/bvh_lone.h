@@ -32,6 +32,12 @@ typedef struct lone_all {
     float sx[PACKET], sy[PACKET];
 } lone_all;
 
+/* May a part's rays go this way? */
+RTI_VEC int lone_fits(const rtk_group *g, const rtk_part *part)
+{
+    return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && part->bvh.block_count != 0u;
+}
+
 /* The best hit's identity, which a walk does without (bvh_lanes.h). */
 RTI_VEC void lone_settle(const lone_all *a, lone *w)
 {
@@ -184,33 +190,57 @@ RTI_VEC uint64_t lone_prepare(lone_all *a, uint64_t rays)
     return far & rays;
 }
 
-/* One ray to its end: the turns of one ray, with what it needs in registers. */
+/* The ray against boxes, in vectors; x, y, z: offsets in a node of the planes that it enters by, in bytes. */
+typedef struct lone_slabs {
+    bvh_vec ix, iy, iz, ox, oy, oz, begin;
+    size_t x, y, z;
+} lone_slabs;
+
+RTI_VEC lone_slabs lone_slabs_of(const lone *w)
+{
+    return (lone_slabs){NODE(set)(w->inv[0]),
+                        NODE(set)(w->inv[1]),
+                        NODE(set)(w->inv[2]),
+                        NODE(set)(w->start[0]),
+                        NODE(set)(w->start[1]),
+                        NODE(set)(w->start[2]),
+                        NODE(set)(w->t0),
+                        w->near[0] * sizeof(float),
+                        w->near[1] * sizeof(float),
+                        w->near[2] * sizeof(float)};
+}
+
+/* As bvh_open, at plane * inv - start. */
+RTI_VEC rtk_u32 lone_open(const rtk_bvhnode *n, const lone_slabs *v, bvh_vec end, float t[RTK_BVH_WIDTH])
+{
+    const char *from = (const char *)n;
+    const size_t far = RTK_BVH_WIDTH * sizeof(float); /* from a near plane's row to the far one's, either way */
+    rtk_u32 bits = 0u;
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i += NODE_N) {
+#define ROW(offset) NODE(load)((const float *)(const void *)(from + (offset)) + i)
+        bvh_vec t0 = NODE(max)(NODE(max)(NODE(msub)(ROW(v->x), v->ix, v->ox), NODE(msub)(ROW(v->y), v->iy, v->oy)),
+                               NODE(max)(NODE(msub)(ROW(v->z), v->iz, v->oz), v->begin));
+        bvh_vec t1 = NODE(min)(NODE(min)(NODE(msub)(ROW(v->x ^ far), v->ix, v->ox), NODE(msub)(ROW(v->y ^ far), v->iy, v->oy)),
+                               NODE(min)(NODE(msub)(ROW(v->z ^ far), v->iz, v->oz), end));
+#undef ROW
+        NODE(store)(t + i, t0);
+        bits |= node_bits(NODE(le)(t0, t1)) << i;
+    }
+    return bits;
+}
+
+/* One ray to its end. Any hit takes slots in their order, which is fair and needs no distances (kernel/bvh.h). */
 RTI_VEC void lone_walk(const lone_all *a, lone *w, rtk_u32 mode)
 {
-    const char *nodes = (const char *)a->tree.bvh;
-    const size_t x = w->near[0] * sizeof(float), y = w->near[1] * sizeof(float), z = w->near[2] * sizeof(float);
-    const size_t far = RTK_BVH_WIDTH * sizeof(float);
-    const bvh_vec ix = NODE(set)(w->inv[0]), iy = NODE(set)(w->inv[1]), iz = NODE(set)(w->inv[2]);
-    const bvh_vec ox = NODE(set)(w->start[0]), oy = NODE(set)(w->start[1]), oz = NODE(set)(w->start[2]);
-    const bvh_vec begin = NODE(set)(w->t0);
+    const rtk_bvhnode *nodes = a->tree.bvh;
+    const lone_slabs v = lone_slabs_of(w);
     bvh_vec end = NODE(set)(w->reach);
     rtk_u32 top = w->top, at = w->at, count = w->count;
     for (;;) {
         while (count == 0u) {
             float t[RTK_BVH_WIDTH];
-            const char *from = nodes + (size_t)at * sizeof(rtk_bvhnode);
-            const rtk_bvhnode *n = (const rtk_bvhnode *)(const void *)from;
-            rtk_u32 bits = 0u, i;
-            for (i = 0u; i < RTK_BVH_WIDTH; i += NODE_N) {
-#define ROW(offset) NODE(load)((const float *)(const void *)(from + (offset)) + i)
-                bvh_vec t0 = NODE(max)(NODE(max)(NODE(msub)(ROW(x), ix, ox), NODE(msub)(ROW(y), iy, oy)),
-                                       NODE(max)(NODE(msub)(ROW(z), iz, oz), begin));
-                bvh_vec t1 = NODE(min)(NODE(min)(NODE(msub)(ROW(x ^ far), ix, ox), NODE(msub)(ROW(y ^ far), iy, oy)),
-                                       NODE(min)(NODE(msub)(ROW(z ^ far), iz, oz), end));
-#undef ROW
-                NODE(store)(t + i, t0);
-                bits |= node_bits(NODE(le)(t0, t1)) << i;
-            }
+            const rtk_bvhnode *n = &nodes[at];
+            rtk_u32 bits = lone_open(n, &v, end, t), i;
             if (bits == 0u)
                 goto next;
 #ifdef RTI_PACK

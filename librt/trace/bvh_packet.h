@@ -213,6 +213,12 @@ RTI_VEC rtk_u32 packet_enter(const packet *p, const rtk_bvhnode *n, rtk_u32 slot
     return lanes & VM(bits)(V(le)(t0, t1));
 }
 
+/* Has the scene nothing but triangles of its own? */
+RTI_VEC int packet_plain(const rtk_scene *scene)
+{
+    return scene->groups->plane_count == 0u && scene->groups->shape_count == 0u && scene->instance_count == 0u;
+}
+
 /* One ray as a query, with its best hit so far. */
 RTI_VEC void packet_query(const packet *p, rtk_u32 i, rtk_query *q)
 {

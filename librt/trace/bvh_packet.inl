@@ -72,7 +72,7 @@ RTI_VEC void RTK_NAME(batch)(const rtk_scene *scene, const rtk_trace_block *rays
                              uint32_t count, rti_scratch *scratch, int coherent)
 {
     const rtk_group *g = scene->groups;
-    int plain = g->plane_count == 0u && g->shape_count == 0u && scene->instance_count == 0u;
+    const int plain = packet_plain(scene);
     packet p;
     for (rtk_u32 first = 0u; first < count; first += PACKET) {
         rtk_u32 n = count - first < PACKET ? count - first : PACKET;
@@ -107,8 +107,8 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
 static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                            uint32_t count, rti_scratch *scratch)
 {
-    const rtk_group *g = scene->groups;
-    if (count >= PACKET_FEW && g->plane_count == 0u && g->shape_count == 0u && scene->instance_count == 0u && (g->flags & RTK_GROUP_PLAIN))
+    const rtk_group *g = scene->groups; /* whose parts are of one builder */
+    if (count >= PACKET_FEW && packet_plain(scene) && g->part_count != 0u && lone_fits(g, g->parts))
         RTK_NAME(batch)(scene, rays, hits, occluded, count, scratch, 0);
     else
         RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);

@@ -18,8 +18,7 @@
 /* Asks for what the next turn reads. */
 RTI_VEC void weave_fetch(const lone *w, const rtk_tree *tree)
 {
-    const char *node = (const char *)(tree->bvh + w->at), *leaf = (const char *)(tree->blocks + w->at / 4u);
-    const char *p = w->count == 0u ? node : leaf;
+    const char *p = w->count == 0u ? (const char *)&tree->bvh[w->at] : (const char *)&tree->blocks[w->at / 4u];
     __builtin_prefetch(p);
     __builtin_prefetch(p + 64);
     __builtin_prefetch(p + 128);
@@ -30,24 +29,10 @@ RTI_VEC void weave_fetch(const lone *w, const rtk_tree *tree)
 RTI_VEC void weave_node(lone *w, const rtk_tree *tree)
 {
     const rtk_bvhnode *n = &tree->bvh[w->at];
-    const float *box = &n->box[0][0][0];
-    const float *x = box + w->near[0], *y = box + w->near[1], *z = box + w->near[2];
-    const float *fx = box + (w->near[0] ^ RTK_BVH_WIDTH), *fy = box + (w->near[1] ^ RTK_BVH_WIDTH),
-                *fz = box + (w->near[2] ^ RTK_BVH_WIDTH);
-    const bvh_vec ix = NODE(set)(w->inv[0]), iy = NODE(set)(w->inv[1]), iz = NODE(set)(w->inv[2]);
-    const bvh_vec ox = NODE(set)(w->start[0]), oy = NODE(set)(w->start[1]), oz = NODE(set)(w->start[2]);
-    const bvh_vec begin = NODE(set)(w->t0), end = NODE(set)(w->reach);
+    const lone_slabs v = lone_slabs_of(w);
     float t[RTK_BVH_WIDTH];
-    rtk_u32 bits = 0u, top = w->top, i, none;
+    rtk_u32 bits = lone_open(n, &v, NODE(set)(w->reach), t), none, top = w->top, i;
     const rtk_u32 *child, *count;
-    for (i = 0u; i < RTK_BVH_WIDTH; i += NODE_N) {
-        bvh_vec t0 = NODE(max)(NODE(max)(NODE(msub)(NODE(load)(x + i), ix, ox), NODE(msub)(NODE(load)(y + i), iy, oy)),
-                               NODE(max)(NODE(msub)(NODE(load)(z + i), iz, oz), begin));
-        bvh_vec t1 = NODE(min)(NODE(min)(NODE(msub)(NODE(load)(fx + i), ix, ox), NODE(msub)(NODE(load)(fy + i), iy, oy)),
-                               NODE(min)(NODE(msub)(NODE(load)(fz + i), iz, oz), end));
-        NODE(store)(t + i, t0);
-        bits |= node_bits(NODE(le)(t0, t1)) << i;
-    }
     none = bits == 0u;
 #ifdef RTI_PACK
     i = bvh_choose(n, bits, t, w->stack_t, w->stack_child, w->stack_count, &top);
@@ -138,12 +123,6 @@ static void weave_walk(const lone_all *a, rtk_u32 mode, uint64_t rays)
             }
         }
     }
-}
-
-/* Are the part's rays to go this way at all? */
-RTI_VEC int lone_fits(const rtk_group *g, const rtk_part *part)
-{
-    return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && part->bvh.block_count != 0u;
 }
 
 /* `rays` of a packet, prepared for the part, each for itself through its tree; returns those that must go another way. */
