@@ -47,6 +47,7 @@ librt_unit_test(texture)
 librt_unit_test(touched)
 librt_unit_test(tracer)
 librt_unit_test(tree THREADS)
+librt_unit_test(tree_broken)
 librt_unit_test(tri_lanes)
 foreach(isa generic ${librt_isas}) # a copy of the vectors under test for each instruction set
   add_library(test_tri_lanes_${isa} OBJECT unit/tri_lanes_probe.c)
