@@ -90,6 +90,7 @@ rt_render_desc rtl_render_fields(lua_State *L, int t)
     rtl_field_string(L, t, "checkpoint", &d.checkpoint);
     rtl_field_number(L, t, "checkpoint_every", &d.checkpoint_every);
     rtl_field_bool(L, t, "checkpoint_keep", &d.checkpoint_keep);
+    rtl_field_bool(L, t, "background", &d.background);
     if (lua_getfield(L, t, "crop") == LUA_TTABLE) {
         int crop = lua_gettop(L);
         rtl_field_u32(L, crop, "x", &d.crop.x);

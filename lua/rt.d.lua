@@ -78,6 +78,7 @@ function rt.render(scene, options) end
 ---@field checkpoint? string a file that keeps what is done; a render that finds it goes on from there, one of another scene or setting is refused
 ---@field checkpoint_every? number seconds between two writings, 60
 ---@field checkpoint_keep? boolean the file stays when the image is whole; else it is removed
+---@field background? boolean a job of one worker has a thread of its own too; else it runs while it is polled and waited for
 
 ---@class rt.render_stats
 ---@field seconds number

@@ -9,7 +9,7 @@
 #include "wavefront.h"
 
 /* How a job gets its work done. THREADS: own threads run it to the end. DRIVEN: poll and wait run slices of it, on the caller's
- * thread (one worker) or on the host's tasks. */
+ * thread (one worker, not in the background) or on the host's tasks. */
 enum { RTI_JOB_THREADS = 0, RTI_JOB_DRIVEN };
 
 /* What a worker has done so far, as others may read it. */

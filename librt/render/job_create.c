@@ -120,7 +120,8 @@ static rt_status plan(rt_job *job, const char *what, const rt_render_desc *desc,
         return status;
     job->memory = memory_of(f, geoms);
     f->set.desc.checkpoint = NULL; /* the caller's string is not kept */
-    job->mode = f->set.desc.workers == 1 || rti_context_has_tasks(job->ctx) ? RTI_JOB_DRIVEN : RTI_JOB_THREADS;
+    job->mode = (f->set.desc.workers == 1 && !f->set.desc.background) || rti_context_has_tasks(job->ctx) ? RTI_JOB_DRIVEN
+                                                                                                         : RTI_JOB_THREADS;
     return RT_OK;
 }
 

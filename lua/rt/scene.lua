@@ -262,9 +262,13 @@ function methods.effective(self, arguments)
   return settings.merge(layers)
 end
 
-local checkpoint_fields = { checkpoint = check.string, checkpoint_every = check.number { above = 0, high = 1e9 }, checkpoint_keep = check.boolean }
+-- Of a job, as C takes them. A checkpoint's path is relative to where the program runs.
+local job_fields = {
+  background = check.boolean,
+  checkpoint = check.string, checkpoint_every = check.number { above = 0, high = 1e9 }, checkpoint_keep = check.boolean,
+}
 local render_fields = setmetatable({ progress = check.callable, preview = check.boolean }, { __index = settings.fields })
-for name, field in pairs(checkpoint_fields) do
+for name, field in pairs(job_fields) do
   render_fields[name] = field
 end
 for name, field in pairs(settings.fields) do
@@ -287,9 +291,8 @@ local function arguments_of(t, who)
   return settings.check(given, who), rest
 end
 
--- Where a render keeps its state, for C: the path is relative to where the program runs.
-local function add_checkpoint(values, rest)
-  for name in pairs(checkpoint_fields) do
+local function add_job_fields(values, rest)
+  for name in pairs(job_fields) do
     values[name] = rest[name]
   end
 end
@@ -338,7 +341,7 @@ local function start(self, t, who)
   frame(self, values.width, values.height)
   commit(self, values)
   values.preview = rest.preview
-  add_checkpoint(values, rest)
+  add_job_fields(values, rest)
   local started = job.new(core.job_start(self.handle, values), self)
   started.settings = values
   return started, rest
@@ -393,7 +396,7 @@ function methods.render_to_file(self, path, t)
   local values = self:effective(settings_given)
   frame(self, values.width, values.height)
   self:commit(values)
-  add_checkpoint(values, others)
+  add_job_fields(values, others)
   return core.render_to_file(self.handle, values, path, rest.save or {}, rest.band_memory or 0, rest.progress)
 end
 

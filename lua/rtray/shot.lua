@@ -84,11 +84,12 @@ function shot.renew(record, described)
   end)
 end
 
--- Starts the render with so many workers (nil: the settings'). It goes on from the checkpoint of an earlier one, and keeps its own there.
+-- Starts the render with so many workers, beside others (nil: alone, with the settings'). It goes on from the checkpoint of an earlier one, and keeps
+-- its own there.
 function shot.start(stage, ledger, described, workers)
   local path = ledger:checkpoint(described.frame, described.key)
   local arguments = {
-    workers = workers, checkpoint = path, checkpoint_every = stage.values.every,
+    workers = workers, background = workers ~= nil, checkpoint = path, checkpoint_every = stage.values.every,
     checkpoint_keep = (stage.seconds or 0) >= LONG, -- until it is saved
   }
   guard.own(path)

@@ -67,6 +67,21 @@ describe("a job", function()
     assert.equal(job:stats().tiles, job:stats().tiles_done)
   end)
 
+  it("of one worker works while it is waited for, in the background beside the script", function()
+    local scene = support.ball()
+    local here, away = scene:start { workers = 1 }, { scene:start { workers = 1, background = true }, scene:start { workers = 1, background = true } }
+    for _, job in ipairs(away) do
+      local stats
+      repeat
+        stats = job:stats()
+      until stats.tiles_done == stats.tiles
+    end
+    assert.equal(0, here:stats().tiles_done)
+    assert.equal("done", (here:wait()))
+    assert.equal(here:image():hash(), away[1]:image():hash())
+    assert.equal(here:image():hash(), away[2]:image():hash())
+  end)
+
   it("gives its tiles as they are done", function()
     local job, area = support.ball():start(), 0
     for tile in job:tiles() do

@@ -1,5 +1,6 @@
 /* Jobs: every tile once, polling, waiting, cancelling, scenes that change beside them, the host's tasks. */
 #include <stdatomic.h>
+#include <time.h>
 
 #include "render_stage.h"
 
@@ -102,6 +103,39 @@ static void test_polling(void **state)
         rt_job_destroy(job);
         before = 0;
     }
+}
+
+/* Jobs of one worker: in the background they end by themselves, side by side; otherwise nothing is done until they are waited
+ * for. */
+static void test_background(void **state)
+{
+    rt_render_desc d = settings(100, 80, 4, "path");
+    rt_job *jobs[3];
+    rt_render_stats s;
+    char image[3][33];
+    (void)state;
+    d.workers = 1;
+    OK(rt_job_start(scene, &d, &jobs[0]));
+    d.background = 1;
+    OK(rt_job_start(scene, &d, &jobs[1]));
+    OK(rt_job_start(scene, &d, &jobs[2]));
+    for (int i = 1; i < 3; i++) {
+        do {
+            struct timespec pause = {0, 1000000};
+            nanosleep(&pause, NULL);
+            rt_job_stats(jobs[i], &s);
+        } while (s.tiles_done < s.tiles);
+        assert_int_equal(s.workers, 1);
+    }
+    rt_job_stats(jobs[0], &s);
+    assert_int_equal(s.tiles_done, 0);
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(rt_job_wait(jobs[i], -1), RT_JOB_DONE);
+        rt_image_hash(rt_job_image(jobs[i]), image[i]);
+        rt_job_destroy(jobs[i]);
+    }
+    assert_string_equal(image[0], image[1]);
+    assert_string_equal(image[0], image[2]);
 }
 
 static void test_wait_with_a_limit(void **state)
@@ -285,6 +319,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         IN_ROOM(test_every_tile_once),
         IN_ROOM(test_polling),
+        IN_ROOM(test_background),
         IN_ROOM(test_wait_with_a_limit),
         IN_ROOM(test_cancel),
         IN_ROOM(test_cancel_while_busy),

@@ -44,6 +44,7 @@ typedef struct rt_render_desc {
     const char *checkpoint; /**< file that keeps what is done (NULL: none), see below; the string is copied */
     double checkpoint_every; /**< seconds between two writings, > 0; 0: 60 */
     int checkpoint_keep;     /**< the file stays, with the whole picture, when the render is done; else it is removed then */
+    int background;          /**< a job of one worker has a thread of its own too, so that several such jobs run side by side */
 } rt_render_desc;
 RT_API rt_render_desc rt_render_desc_default(void);
 
@@ -77,8 +78,8 @@ RT_API uint64_t rt_render_memory(rt_scene *scene, const rt_render_desc *desc);
 
 typedef enum rt_job_state { RT_JOB_RUNNING = 0, RT_JOB_DONE, RT_JOB_CANCELLED, RT_JOB_FAILED } rt_job_state;
 
-/** Starts a render of the scene's committed snapshot. With one worker, the work is done inside rt_job_poll and rt_job_wait on the caller's thread; otherwise by
- *  threads of the context (or the host's tasks, driven by rt_job_wait).
+/** Starts a render of the scene's committed snapshot. With one worker and no `background`, the work is done inside rt_job_poll and rt_job_wait on the
+ *  caller's thread; otherwise by threads of the job. A context with the host's tasks has no threads: there poll and wait drive them, in the background too.
  *  Errors   STATE (not committed), ARGUMENT, MEMORY, MEMORY_LIMIT
  *  Threads  a job is used by one thread at a time; rt_job_cancel from any
  *  Owner    the caller: rt_job_destroy (which cancels and waits) */
