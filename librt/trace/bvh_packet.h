@@ -276,6 +276,11 @@ RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, cons
             return;
         take = hit.hit;
         ask = packet_settle(r, best, mode, hit.doubt, c0, c1, c2, &take);
+        if (__builtin_popcount(ask) >= TRI_EXACT_LEAST) {
+            const vec dx = V(load)(p->dir[x] + at), dy = V(load)(p->dir[y] + at);
+            ask = tri_exact(r, &dx, &dy, c0, c1, c2, ask, &hit);
+            take |= hit.hit;
+        }
         if (!(mode & RTK_MODE_ANY)) {
             ask |= take & VM(bits)(V(eq)(hit.t, best));
             take &= VM(bits)(V(lt)(hit.t, best));

@@ -33,6 +33,8 @@
 #endif
 #define LANES_ALL ((1u << RTI_SIMD) - 1u)
 
+#include "tri_exact.h"
+
 /* RTI_SIMD rays of a block. valid: rtk_ray_valid; axes, back: the dominant axis and the negative directions, a bit a lane. */
 typedef struct packet_rays {
     vec org[3], dir[3], inv[3], tmin, tmax;

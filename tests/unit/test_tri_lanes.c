@@ -42,14 +42,12 @@ static rtk_vec3 target(rng *g, const rtk_tri *t, int kind)
     return p;
 }
 
-/* A pair; false: the ray misses the bounds, and there is nothing to ask. */
-static int make(rng *g, rtk_pray *r, rtk_tri *t)
+/* Returns its shape. */
+static int make_triangle(rng *g, rtk_tri *t)
 {
-    int shape = (int)(rng_unit(g) * 6.0f), aim = (int)(rng_unit(g) * 5.0f), start = (int)(rng_unit(g) * 6.0f);
+    int shape = (int)(rng_unit(g) * 6.0f);
     float size = shape == 0 ? 1e-3f : 1.0f;
-    rtk_vec3 a = point(g, 1.0f), b = point(g, size), c = point(g, size), lo = rtk_v3(-1.01f, -1.01f, -1.01f),
-             hi = rtk_v3(1.01f, 1.01f, 1.01f);
-    rtk_ray ray;
+    rtk_vec3 a = point(g, 1.0f), b = point(g, size), c = point(g, size);
     if (shape == 0) { /* small */
         b = rtk_add(a, b);
         c = rtk_add(a, c);
@@ -67,6 +65,15 @@ static int make(rng *g, rtk_pray *r, rtk_tri *t)
     set(t->v0, a);
     set(t->v1, b);
     set(t->v2, c);
+    return shape;
+}
+
+/* A ray for it; false: it misses the bounds, and there is nothing to ask. */
+static int make_ray(rng *g, int shape, const rtk_tri *t, rtk_pray *r)
+{
+    int aim = (int)(rng_unit(g) * 5.0f), start = (int)(rng_unit(g) * 6.0f);
+    rtk_vec3 lo = rtk_v3(-1.01f, -1.01f, -1.01f), hi = rtk_v3(1.01f, 1.01f, 1.01f);
+    rtk_ray ray;
     ray.org = point(g, start == 0 ? 100.0f : 1.0f);
     if (start == 1) /* on the triangle, as rays that were spawned there */
         ray.org = target(g, t, 0);
@@ -115,16 +122,46 @@ static void level(const char *isa, uint32_t width, probe_fn probe)
     rtk_pray rays[16];
     rtk_tri tris[16];
     probe_answer got[16];
+    int shape;
     for (uint64_t done = 0; done < pairs; done += width) {
         for (uint32_t i = 0; i < width; i++)
-            while (!make(&g, &rays[i], &tris[i]))
-                ;
+            do
+                shape = make_triangle(&g, &tris[i]);
+            while (!make_ray(&g, shape, &tris[i], &rays[i]));
         probe(width, rays, tris, got);
         compare(rays, tris, got, width, &sum, isa);
     }
     assert_true(sum.hits * 20 > pairs);    /* the test tests something */
     assert_true(sum.doubts * 2 < pairs);   /* adversarial pairs: a quarter */
     assert_true(sum.doubts * 100 > pairs); /* and the path of doubt is walked */
+}
+
+/* Many rays and a triangle: of those that the fast test doubts, only the ones on an edge are left to be asked. */
+static void exact(const char *isa, uint32_t width, uint32_t (*probe)(const rtk_pray *rays, const rtk_tri *tri, probe_answer *out))
+{
+    const char *asked = getenv("LIBRT_PAIRS");
+    uint64_t pairs = asked ? strtoull(asked, NULL, 10) : 1000000u, doubted = 0;
+    rng g = {7 + width};
+    tally sum = {0, 0};
+    rtk_pray rays[16];
+    rtk_tri tris[16];
+    probe_answer got[16];
+    for (uint64_t done = 0; done < pairs; done += width) {
+        uint32_t tries = 0, i = 0;
+        int shape = make_triangle(&g, &tris[0]);
+        while (i < width && tries++ < 1000u) /* a triangle off the bounds is met by none */
+            if (make_ray(&g, shape, &tris[0], &rays[i]) && rays[i].kz == rays[0].kz && rays[i].tshift == 0.0f)
+                i++;
+        if (i < width)
+            continue;
+        for (i = 1; i < width; i++)
+            tris[i] = tris[0];
+        doubted += probe(rays, tris, got);
+        compare(rays, tris, got, width, &sum, isa);
+    }
+    assert_true(sum.hits * 20 > pairs);
+    assert_true(doubted * 20 > pairs);
+    assert_true(sum.doubts * 10 < doubted * 6); /* half of these rays aim at corners and edges */
 }
 
 static void test_levels(void **state)
@@ -138,8 +175,18 @@ static void test_levels(void **state)
 #undef LEVEL
 }
 
+static void test_exact(void **state)
+{
+    (void)state;
+#define LEVEL(name, isa)                                                                                                         \
+    if (rti_isa_runs(isa))                                                                                                       \
+        exact(#name, probe_width_##name(16), probe_exact_##name);
+    RTI_ISA_EACH(LEVEL)
+#undef LEVEL
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_levels)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_levels), cmocka_unit_test(test_exact)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 /* The vector leaf tests of one instruction set, in a form that a test can call. Compiled once a level. */
 #include "tri_lanes_probe.h"
 
-#include "trace/tri_lanes.h"
+#include "trace/packet.h"
 
 #define PROBE(N)                                                                                                                 \
     static void RTI_ISA_FN(probe##N)(const rtk_pray *rays, const rtk_tri *tris, probe_answer *out)                               \
@@ -65,4 +65,53 @@ void RTI_ISA_FN(probe_triangles)(uint32_t width, const rtk_pray *rays, const rtk
 #endif
     if (width == 4)
         RTI_ISA_FN(probe4)(rays, tris, out);
+}
+
+uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tri, probe_answer *out)
+{
+    const rtk_u32 k[3] = {rays->kx, rays->ky, rays->kz};
+    const float v0[3] = {tri->v0[k[0]], tri->v0[k[1]], tri->v0[k[2]]}, v1[3] = {tri->v1[k[0]], tri->v1[k[1]], tri->v1[k[2]]};
+    const float v2[3] = {tri->v2[k[0]], tri->v2[k[1]], tri->v2[k[2]]};
+    vec corner[9];
+    float p[12][RTI_SIMD];
+    tri_hit hit;
+    rtk_u32 first, doubt = 0u;
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
+        const rtk_pray *r = &rays[i];
+        const float of[12] = {r->korg.x,
+                              r->korg.y,
+                              r->korg.z,
+                              r->sx,
+                              r->sy,
+                              r->kdz,
+                              r->tmin,
+                              r->tmax,
+                              r->scale,
+                              rtk_axis(r->dir, r->kx),
+                              rtk_axis(r->dir, r->ky),
+                              0.0f};
+        for (rtk_u32 j = 0u; j < 12u; j++)
+            p[j][i] = of[j];
+    }
+    for (rtk_u32 i = 0u; i < 3u; i++) {
+        corner[i] = V(set)(v0[i]);
+        corner[3u + i] = V(set)(v1[i]);
+        corner[6u + i] = V(set)(v2[i]);
+    }
+    const tri_ray r = {V(load)(p[0]), V(load)(p[1]), V(load)(p[2]), V(load)(p[3]),  V(load)(p[4]),
+                       V(load)(p[5]), V(load)(p[6]), V(load)(p[7]), V(load)(p[11]), V(load)(p[8])};
+    const vec dx = V(load)(p[9]), dy = V(load)(p[10]);
+    first = tri_test(&r, corner, corner + 3, corner + 6, LANES_ALL, &hit);
+    if (first != 0u) {
+        first = hit.doubt;
+        doubt = first ? tri_exact(&r, &dx, &dy, v0, v1, v2, first, &hit) : 0u;
+        V(store)(p[0], hit.t);
+        V(store)(p[1], hit.u);
+        V(store)(p[2], hit.v);
+        for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
+            out[i] = (probe_answer){hit.hit >> i & 1u, doubt >> i & 1u, p[0][i], p[1][i], p[2][i]};
+        return (uint32_t)__builtin_popcount(first);
+    }
+    memset(out, 0, RTI_SIMD * sizeof *out);
+    return 0;
 }
