@@ -6,7 +6,7 @@
  *   rti_fN_set(x)  _load(p)  _store(p, a)             any alignment
  *   rti_fN_min(a, b)  _max(a, b)                      a < b ? a : b and a > b ? a : b, so b when one is NaN, as rtk_min, rtk_max
  *   rti_fN_abs(a)
- *   rti_f4_msub(a, b, c)  rti_f8_msub(a, b, c)        a * b - c, rounded once or twice: for bounds, not for hits
+ *   rti_fN_msub(a, b, c)                              a * b - c, rounded once or twice: for bounds, not for hits
  *   rti_fN_lt(a, b)  _le(a, b)  _eq(a, b)             masks; false where one is NaN
  *   rti_fN_select(m, a, b)                            m ? a : b
  *   rti_mN_and(a, b)  _or(a, b)  _andnot(a, b)        a and not b
@@ -15,6 +15,7 @@
  * Where RTI_PACK is defined (AVX-512), of lanes chosen by bits, too:
  *   rti_f8_pack(p, bits, a)  rti_u8_pack(p, bits, a)  the chosen lanes of a vector, or of a[8], side by side from p on; all eight
  *                                                     places behind p are written
+ *   rti_f16_low(a)            the least lane of a, none of which is NaN
  *   rti_f8_least(bits, a)     the lane that holds the least of the chosen, as good as 21 bits of mantissa tell, of equal ones the
  *                             first; bits is not 0. Of negative ones, any
  */
@@ -42,6 +43,7 @@
 #ifndef RTI_MSUB
 #define rti_f4_msub(a, b, c) ((a) * (b) - (c))
 #define rti_f8_msub(a, b, c) ((a) * (b) - (c))
+#define rti_f16_msub(a, b, c) ((a) * (b) - (c))
 #endif
 
 #endif

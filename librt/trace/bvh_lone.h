@@ -1,4 +1,4 @@
-/* Rays that go one by one through the eight-wide BVH, for hot files.
+/* Rays that go one by one through the eight-wide BVH, from its root or from where they part (bvh_mixed.h), for hot files.
  *
  * They are loaded and prepared in vectors as those of a packet (bvh_packet.h) and leave their hits there. This is for triangles
  * in blocks of a group each hit of which counts (lone_fits); a doubted one goes through a query (packet_ask). The walk is that of
@@ -58,6 +58,18 @@ RTI_VEC int lone_ask(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 ref)
     return (mode & RTK_MODE_ANY) && (a->p->done >> w->lane & 1u);
 }
 
+/* What rti_tri_settle says of triangle j of a block and ray l. */
+RTI_VEC int lone_doubt(const lone_all *a, rtk_u32 l, const rtk_bvhblock *b, rtk_u32 j)
+{
+    const packet *p = a->p;
+    const rtk_u32 kz = p->axis[l] & 3u, kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
+    const rti_tri_pair pair = {p->org[kx][l], p->org[ky][l], p->org[kz][l],  a->sx[l],   a->sy[l],
+                               p->dir[kz][l], 0.0f,          a->part->scale, p->tmin[l], p->t[l]};
+    const float c0[3] = {b->v0[kx][j], b->v0[ky][j], b->v0[kz][j]}, c1[3] = {b->v1[kx][j], b->v1[ky][j], b->v1[kz][j]};
+    const float c2[3] = {b->v2[kx][j], b->v2[ky][j], b->v2[kz][j]};
+    return rti_tri_settle(&pair, c0, c1, c2);
+}
+
 /* A leaf: 1, a hit will do. */
 RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
 {
@@ -99,12 +111,7 @@ RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
             const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), ref = tree->refs[4u * k + i];
             int sure = 1;
             if (hit.doubt >> i & 1u) {
-                const rti_tri_pair pair = {r.ox[0],  r.oy[0],     r.oz[0],        a->sx[l],   a->sy[l],
-                                           r.kdz[0], r.tshift[0], a->part->scale, p->tmin[l], p->t[l]};
-                const float c0[3] = {b->v0[kx][i], b->v0[ky][i], b->v0[kz][i]};
-                const float c1[3] = {b->v1[kx][i], b->v1[ky][i], b->v1[kz][i]};
-                const float c2[3] = {b->v2[kx][i], b->v2[ky][i], b->v2[kz][i]};
-                sure = rti_tri_settle(&pair, c0, c1, c2);
+                sure = lone_doubt(a, l, b, i);
                 if (sure < 0)
                     continue;
                 sure = sure && (mode & RTK_MODE_ANY); /* a closest hit is the leaf test's to the bit */

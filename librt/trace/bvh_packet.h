@@ -114,12 +114,16 @@ RTI_VEC uint64_t packet_prepare(packet *p, const rtk_part *part, uint64_t rays, 
 
 RTI_VEC float packet_low(vec a)
 {
+#if RTI_SIMD >= 16 && defined RTI_PACK
+    return rti_f16_low(a);
+#else
     float x[RTI_SIMD], m;
     V(store)(x, a);
     m = x[0];
     for (rtk_u32 i = 1u; i < RTI_SIMD; i++)
         m = rtk_min(x[i], m);
     return m;
+#endif
 }
 RTI_VEC float packet_high(vec a)
 {

@@ -10,7 +10,7 @@
 #ifndef RTI_BVH_WEAVE_H
 #define RTI_BVH_WEAVE_H
 
-#include "bvh_lone.h"
+#include "bvh_mixed.h"
 
 #define WEAVE       8u
 #define WEAVE_BYTES ((size_t)16 << 20) /* of a tree that is large */
@@ -143,6 +143,13 @@ RTI_VEC uint64_t lone_rays(packet *p, rtk_u32 mode, const rtk_part *part, uint64
     if (weaves(&a)) {
         weave_walk(&a, mode, rays);
         return other;
+    }
+    for (rtk_u32 at = 0u; mixes(&a, mode) && at < PACKET; at += RTI_SIMD) {
+        const rtk_u32 lanes = packet_bits(rays, at);
+        if (__builtin_popcount(lanes) <= MIXED_FEW(mode))
+            continue;
+        mixed_walk(&a, mode, at, lanes);
+        rays &= ~((uint64_t)lanes << at);
     }
     for (; rays != 0u; rays &= rays - 1u) {
         lone l;

@@ -48,6 +48,14 @@ RTI_VEC rti_f8 rti_f8_msub(rti_f8 a, rti_f8 b, rti_f8 c)
 {
     return _mm256_maskz_fmsub_ps((__mmask8)255, a, b, c); /* the plain one is not for who has no -mfma */
 }
+RTI_VEC rti_f16 rti_f16_msub(rti_f16 a, rti_f16 b, rti_f16 c)
+{
+    return _mm512_maskz_fmsub_ps((__mmask16)65535, a, b, c);
+}
+RTI_VEC float rti_f16_low(rti_f16 a)
+{
+    return _mm512_reduce_min_ps(a);
+}
 RTI_VEC uint32_t rti_f8_least(uint32_t bits, rti_f8 a)
 {
     const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);

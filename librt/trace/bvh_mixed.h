@@ -1,0 +1,266 @@
+/* Rays that start near each other and point anywhere through the eight-wide BVH together, for hot files.
+ *
+ * RTI_SIMD rays, of all octants and axes, walk as one while enough of them are left at a node; then each goes on by itself from
+ * there (bvh_lone.h). The slots of a node are asked first for the box around all of the rays' ways, which is one test for eight
+ * slots, then one after the other for all rays. A leaf is met by all rays at once, a triangle at a time, or by one ray after the
+ * other, four triangles at a time: whichever is less. (Packets that fall apart into single rays: Benthin, Wald, Woop, Ernst, Mark
+ * 2012; the box around all ways: Boulos, Wald, Benthin 2008.) Short rays, as those of ambient occlusion, gain most.
+ */
+#ifndef RTI_BVH_MIXED_H
+#define RTI_BVH_MIXED_H
+
+#include "bvh_lone.h"
+
+/* So many rays go on by themselves: a closest hit wants its own order of nodes. */
+#define MIXED_FEW(mode) ((mode) & RTK_MODE_ANY ? 2 : 4)
+
+typedef struct mixed {
+    vec inv[3], start[3], t0, t1;
+    tri_ray tri;            /* each ray's in its own order of axes */
+    vmask first, second;    /* lanes whose axis is x, y */
+    bvh_vec lo[3], hi[3];   /* around all ways */
+    rtk_u32 from;           /* lane 0 is this one of the packet's */
+    rtk_u32 late[RTI_SIMD]; /* bvh_late's ref */
+} mixed;
+
+/* Whether rays are to go this way. A closest hit comes late when others choose the order: too late for eight rays at a time, and
+ * where the rays start all over the scene. */
+RTI_VEC int mixes(const lone_all *a, rtk_u32 mode)
+{
+    return mode & RTK_MODE_ANY ? RTI_SIMD >= 8 : RTI_SIMD >= 16 && !a->spread;
+}
+
+RTI_VEC vec mixed_turned(const mixed *m, vec x, vec y, vec z)
+{
+    return V(select)(m->first, x, V(select)(m->second, y, z));
+}
+
+RTI_VEC void mixed_start(const lone_all *a, mixed *m, rtk_u32 from, rtk_u32 lanes)
+{
+    const packet *p = a->p;
+    const vec inf = V(set)(RTK_INF);
+    const float edge = RTK_DELTA * a->part->scale; /* more than the roundings of a ray's ends */
+    rtk_u32 first = 0u, second = 0u;
+    vec org[3], dir[3];
+    m->from = from;
+    m->t0 = V(load)(p->t0 + from);
+    m->t1 = V(load)(p->t1 + from);
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
+        first |= (rtk_u32)((p->axis[from + i] & 3u) == 0u) << i;
+        second |= (rtk_u32)((p->axis[from + i] & 3u) == 1u) << i;
+    }
+    m->first = VM(of)(first);
+    m->second = VM(of)(second);
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        vec x, y;
+        org[k] = V(load)(p->org[k] + from);
+        dir[k] = V(load)(p->dir[k] + from);
+        m->inv[k] = V(load)(p->inv[k] + from);
+        m->start[k] = org[k] * m->inv[k];
+        x = org[k] + m->t0 * dir[k];
+        y = org[k] + m->t1 * dir[k];
+        m->lo[k] = NODE(set)(packet_low(V(select)(VM(of)(lanes), V(min)(x, y), inf)) - edge);
+        m->hi[k] = NODE(set)(packet_high(V(select)(VM(of)(lanes), V(max)(x, y), -inf)) + edge);
+    }
+    m->tri = (tri_ray){mixed_turned(m, org[1], org[2], org[0]),
+                       mixed_turned(m, org[2], org[0], org[1]),
+                       mixed_turned(m, org[0], org[1], org[2]),
+                       V(load)(a->sx + from),
+                       V(load)(a->sy + from),
+                       mixed_turned(m, dir[0], dir[1], dir[2]),
+                       V(load)(p->tmin + from),
+                       V(load)(p->tmax + from),
+                       V(set)(0.0f),
+                       V(set)(a->part->scale)};
+}
+
+/* The slots that the box around all ways meets. */
+RTI_VEC rtk_u32 mixed_near(const mixed *m, const rtk_bvhnode *n)
+{
+    rtk_u32 bits = 0u;
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i += NODE_N) {
+        rtk_u32 in = (1u << NODE_N) - 1u;
+        for (rtk_u32 k = 0u; k < 3u; k++)
+            in &= node_bits(NODE(le)(NODE(load)(n->box[k][0] + i), m->hi[k])) &
+                  node_bits(NODE(le)(m->lo[k], NODE(load)(n->box[k][1] + i)));
+        bits |= in << i;
+    }
+    return bits;
+}
+
+/* The lanes that enter a slot's box, with where. */
+RTI_VEC rtk_u32 mixed_enter(const mixed *m, const rtk_bvhnode *n, rtk_u32 slot, vec *enter)
+{
+    vec t0 = m->t0, t1 = m->t1;
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const vec x = V(msub)(V(set)(n->box[k][0][slot]), m->inv[k], m->start[k]);
+        const vec y = V(msub)(V(set)(n->box[k][1][slot]), m->inv[k], m->start[k]);
+        t0 = V(max)(V(min)(x, y), t0);
+        t1 = V(min)(V(max)(x, y), t1);
+    }
+    *enter = t0;
+    return VM(bits)(V(le)(t0, t1));
+}
+
+/* The best hit's identity of a lane, which the walk does without. */
+RTI_VEC void mixed_settle(const lone_all *a, mixed *m, rtk_u32 lane)
+{
+    lone w;
+    w.lane = m->from + lane;
+    w.late = m->late[lane];
+    lone_settle(a, &w);
+    m->late[lane] = RTK_INVALID;
+}
+
+/* Some rays, each for itself, on from a node or leaf. */
+RTI_VEC void mixed_lone(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, rtk_u32 count, rtk_u32 lanes)
+{
+    for (; lanes != 0u; lanes &= lanes - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctz(lanes);
+        lone w;
+        lone_start(a, &w, mode, m->from + i);
+        w.late = m->late[i];
+        w.at = at;
+        w.count = count;
+        lone_walk(a, &w, mode);
+        m->late[i] = w.late;
+    }
+}
+
+/* A corner of a block's triangle in the rays' orders of axes. */
+RTI_VEC void mixed_corner(const mixed *m, const float v[3][4], rtk_u32 j, vec out[3])
+{
+    const vec x = V(set)(v[0][j]), y = V(set)(v[1][j]), z = V(set)(v[2][j]);
+    out[0] = mixed_turned(m, y, z, x);
+    out[1] = mixed_turned(m, z, x, y);
+    out[2] = mixed_turned(m, x, y, z);
+}
+
+/* What the leaf test has found of reference `ref`, triangle j of a block. */
+RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit *hit, const rtk_bvhblock *b, rtk_u32 j, rtk_u32 ref)
+{
+    packet *p = a->p;
+    rtk_u32 ask = 0u;
+    if (mode & RTK_MODE_ANY) {
+        p->done |= (uint64_t)hit->hit << m->from;
+    } else {
+        const vec best = V(load)(p->t + m->from);
+        const rtk_u32 take = hit->hit & VM(bits)(V(lt)(hit->t, best));
+        ask = hit->hit & VM(bits)(V(eq)(hit->t, best)); /* the order of hits decides */
+        V(store)(p->t + m->from, V(select)(VM(of)(take), hit->t, best));
+        V(store)(p->u + m->from, V(select)(VM(of)(take), hit->u, V(load)(p->u + m->from)));
+        V(store)(p->v + m->from, V(select)(VM(of)(take), hit->v, V(load)(p->v + m->from)));
+        for (rtk_u32 l = take; l != 0u; l &= l - 1u)
+            m->late[__builtin_ctz(l)] = ref;
+        if (take)
+            __builtin_prefetch(&p->scene->groups->tris[ref]);
+    }
+    for (rtk_u32 l = hit->doubt; l != 0u; l &= l - 1u) {
+        const rtk_u32 lane = m->from + (rtk_u32)__builtin_ctz(l);
+        const int sure = lone_doubt(a, lane, b, j);
+        if (sure > 0 && (mode & RTK_MODE_ANY))
+            p->done |= (uint64_t)1u << lane;
+        else if (sure >= 0)
+            ask |= l & (0u - l);
+    }
+    for (; ask != 0u; ask &= ask - 1u) {
+        mixed_settle(a, m, (rtk_u32)__builtin_ctz(ask));
+        packet_ask(p, mode, a->part, m->from + (rtk_u32)__builtin_ctz(ask), ref);
+    }
+}
+
+RTI_VEC void mixed_leaf(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, rtk_u32 count, rtk_u32 lanes)
+{
+    if ((rtk_u32)__builtin_popcount(lanes) <= count || at >= 4u * a->tree.block_count) {
+        for (; lanes != 0u; lanes &= lanes - 1u) {
+            const rtk_u32 i = (rtk_u32)__builtin_ctz(lanes);
+            lone w;
+            w.lane = m->from + i;
+            w.late = m->late[i];
+            w.at = at;
+            w.count = count;
+            if (lone_leaf(a, &w, mode))
+                a->p->done |= (uint64_t)1u << w.lane;
+            m->late[i] = w.late;
+        }
+        return;
+    }
+    for (rtk_u32 k = at; k < at + count && lanes != 0u; k++) {
+        const rtk_bvhblock *b = &a->tree.blocks[k / 4u];
+        vec v0[3], v1[3], v2[3];
+        tri_hit hit;
+        mixed_corner(m, b->v0, k % 4u, v0);
+        mixed_corner(m, b->v1, k % 4u, v1);
+        mixed_corner(m, b->v2, k % 4u, v2);
+        if (tri_test(&m->tri, v0, v1, v2, lanes, &hit) == 0u)
+            continue;
+        mixed_take(a, m, mode, &hit, b, k % 4u, a->tree.refs[k]);
+        if (mode & RTK_MODE_ANY)
+            lanes &= ~packet_bits(a->p->done, m->from);
+    }
+}
+
+/* The lanes at `from` to their end. */
+RTI_VEC void mixed_walk(const lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 lanes)
+{
+    struct {
+        rtk_u32 at, count, lanes;
+        float t; /* where the first of them enters */
+    } stack[RTK_BVH_STACK + 1u];
+    vec enter[RTK_BVH_STACK + 1u];
+    mixed m;
+    rtk_u32 top = 1u;
+    mixed_start(a, &m, from, lanes);
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
+        m.late[i] = RTK_INVALID;
+    m.t1 = mode & RTK_MODE_ANY ? m.t1 : V(min)(m.t1, V(load)(a->p->t + from));
+    stack[0].at = stack[0].count = 0u;
+    stack[0].lanes = lanes;
+    enter[0] = m.t0;
+    while (top > 0u) {
+        const rtk_u32 at = stack[--top].at, count = stack[top].count, first = top;
+        rtk_u32 here = stack[top].lanes;
+        const rtk_bvhnode *n = &a->tree.bvh[at];
+        if (mode & RTK_MODE_ANY)
+            here &= ~packet_bits(a->p->done, from);
+        else
+            here &= VM(bits)(V(le)(enter[top], m.t1));
+        if (here == 0u)
+            continue;
+        if (count != 0u || __builtin_popcount(here) <= MIXED_FEW(mode)) {
+            if (count != 0u)
+                mixed_leaf(a, &m, mode, at, count, here);
+            else
+                mixed_lone(a, &m, mode, at, count, here);
+            if (!(mode & RTK_MODE_ANY))
+                m.t1 = V(min)(m.t1, V(load)(a->p->t + from));
+            continue;
+        }
+        for (rtk_u32 bits = mixed_near(&m, n); bits != 0u;) { /* any hit takes the slots in their order (kernel/bvh.h) */
+            const rtk_u32 i = 31u - (rtk_u32)__builtin_clz(bits);
+            vec t;
+            const rtk_u32 in = here & mixed_enter(&m, n, i, &t);
+            rtk_u32 to = top;
+            bits ^= 1u << i;
+            if (in == 0u)
+                continue;
+            if (!(mode & RTK_MODE_ANY)) {
+                const float low = packet_low(V(select)(VM(of)(in), t, V(set)(RTK_INF)));
+                for (; to > first && stack[to - 1u].t < low; to--) {
+                    stack[to] = stack[to - 1u];
+                    enter[to] = enter[to - 1u];
+                }
+                stack[to].t = low;
+                enter[to] = t;
+            }
+            stack[to].at = n->child[i];
+            stack[to].count = n->count[i];
+            stack[to].lanes = in;
+            top++;
+        }
+    }
+    for (rtk_u32 i = 0u; i < RTI_SIMD && !(mode & RTK_MODE_ANY); i++)
+        mixed_settle(a, &m, i);
+}
+
+#endif
