@@ -47,7 +47,8 @@ static size_t fill(rt_ray *rays, uint32_t width, uint32_t height)
     for (uint32_t tile_y = 0; tile_y < height; tile_y += 4) {
         for (uint32_t tile_x = 0; tile_x < width; tile_x += 4) {
             for (uint32_t i = 0; i < 16; ++i) {
-                float x = (float)(tile_x + i % 4) + 0.5f, y = (float)(tile_y + i / 4) + 0.5f;
+                uint32_t column = tile_x + i % 4, row = tile_y + i / 4;
+                float x = (float)column + 0.5f, y = (float)row + 0.5f;
                 rt_vec3 dir = {(2 * x - (float)width) / (float)height, 1 - 2 * y / (float)height, -2};
                 rays[n++] = (rt_ray){{0, 0.1f, 2.4f}, 0, dir, INFINITY, RT_MASK_ALL};
             }

@@ -157,7 +157,7 @@ static void become(const spawn_plan *p)
 /* Forks, and waits until the child runs its program or has said why not. */
 static int start(process *p, spawn_plan *plan)
 {
-    int report[2];
+    int report[2] = {-1, -1};
     int error = make_pipe(report);
     if (error) {
         return error;

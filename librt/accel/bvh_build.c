@@ -518,8 +518,10 @@ static void settle(rti_bvh *t)
     t->root_area = rti_bvh_area(
         t, (rti_bvh_box){{b->in->lo[0], b->in->lo[1], b->in->lo[2], 0.0f}, {b->in->hi[0], b->in->hi[1], b->in->hi[2], 0.0f}});
     t->room = b->prim_count > 0 ? b->prim_count : 1;
-    if (t->spatial)
-        t->room = (size_t)rtk_min((float)t->room * b->duplication + 16.0f, (float)(RTI_REF_MAX / 2));
+    if (t->spatial) {
+        const uint32_t most = RTI_REF_MAX / 2;
+        t->room = (size_t)rtk_min((float)t->room * b->duplication + 16.0f, (float)most);
+    }
     t->room = t->room < b->prim_count ? b->prim_count : t->room;
 }
 

@@ -4,7 +4,8 @@
 
 float rti_bvh_leaf_cost(const rti_bvh *t, uint32_t count)
 {
-    return t->b->cost_intersect * (float)((count + t->together - 1) / t->together);
+    const uint32_t blocks = (count + t->together - 1) / t->together;
+    return t->b->cost_intersect * (float)blocks;
 }
 
 void rti_bvh_split_begin(const rti_bvh_range *range, rti_bvh_split *s)

@@ -397,9 +397,9 @@ static void split_binned(const rti_build *b, const measure m[3], const rti_ref *
 static bool split_sampled(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, float *scratch,
                           rti_kd_split *best)
 {
-    uint32_t stride = count / SAMPLE, left = 0, right = 0;
-    rti_kd_split s = {b->cost_intersect * (float)(count / stride), 0.0f, 3, 0, 0};
-    split_binned(b, m, refs, count / stride, stride, scratch, &s);
+    uint32_t stride = count / SAMPLE, some = count / stride, left = 0, right = 0;
+    rti_kd_split s = {b->cost_intersect * (float)some, 0.0f, 3, 0, 0};
+    split_binned(b, m, refs, some, stride, scratch, &s);
     if (s.axis == 3)
         return false;
     for (uint32_t i = 0; i < count; i++) {

@@ -154,7 +154,7 @@ static rt_status open_regular(rt_context *ctx, const char *path, int *fd, uint64
 rt_status rti_file_read(rt_context *ctx, const char *path, uint64_t limit, void **data, size_t *size)
 {
     char name[512];
-    uint64_t bytes;
+    uint64_t bytes = 0;
     rt_status status;
     int fd;
     *data = NULL;
@@ -175,11 +175,11 @@ rt_status rti_file_read(rt_context *ctx, const char *path, uint64_t limit, void 
 
 /* ---- files that may be known already ---- */
 
-#define SETTLES 2000000000ll /* nanoseconds: the coarsest clock of a file system that is still in use ticks every 2 s */
+#define SETTLES 2000000000LL /* nanoseconds: the coarsest clock of a file system that is still in use ticks every 2 s */
 
 static int64_t nanoseconds(struct timespec t)
 {
-    return (int64_t)t.tv_sec * 1000000000ll + t.tv_nsec;
+    return (int64_t)t.tv_sec * 1000000000LL + t.tv_nsec;
 }
 
 static bool look(int fd, rti_stamp *stamp)

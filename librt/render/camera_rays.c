@@ -136,6 +136,8 @@ static void emit(rti_worker *w, lanes *l, uint32_t at)
     rtk_trace_block trace, *t = whole ? &w->batch.trace[at / RTK_BLOCK] : &trace;
     rtk_path_block path, *p = whole ? &w->batch.path[at / RTK_BLOCK] : &path;
     float px[RTK_BLOCK], py[RTK_BLOCK];
+    if (l->count == 0)
+        return;
     for (uint32_t k = l->count; k < RTK_BLOCK; k++) {
         l->x[k] = l->x[0];
         l->y[k] = l->y[0];

@@ -15,7 +15,7 @@
 #if defined(__GNUC__)
 #define RTI_ROW __attribute__((aligned(64)))
 /* A loop over the sixteen lanes whose turns touch their own lane of rows alone, so that they may be taken together. Clang would
- * unroll it before it looks for vectors. */
+ * unroll it before it looks for vectors. NOLINTBEGIN(bugprone-macro-parentheses): k is declared. */
 #if defined(__clang__)
 #define RTI_EACH_LANE(k) _Pragma("clang loop unroll(disable) vectorize(assume_safety)") for (uint32_t k = 0; k < RTK_BLOCK; k++)
 #elif defined(__GNUC__)
@@ -28,6 +28,7 @@
 #define RTI_LANES_FN
 #define RTI_EACH_LANE(k) for (uint32_t k = 0; k < RTK_BLOCK; k++)
 #endif
+/* NOLINTEND(bugprone-macro-parentheses) */
 
 typedef struct rti_sheaf {
     uint32_t count;

@@ -24,8 +24,10 @@ static bool drop_list(cache *c, rti_chunk **list, unsigned count)
 {
     rti_chunk *old[KEPT];
     pthread_mutex_lock(&c->lock);
-    memcpy(old, list, count * sizeof *old);
-    memset(list, 0, count * sizeof *list);
+    for (unsigned i = 0; i < count; i++) {
+        old[i] = list[i];
+        list[i] = NULL;
+    }
     pthread_mutex_unlock(&c->lock);
     for (unsigned i = 0; i < count; i++)
         rti_chunk_release(old[i]);
@@ -172,8 +174,10 @@ static unsigned keep_locked(rti_chunk **list, unsigned most, rti_chunk *chunk, u
     rti_chunk *old[KEPT];
     uint64_t bytes = 0;
     unsigned n = 0, dropped = 0;
-    memcpy(old, list, most * sizeof *old);
-    memset(list, 0, most * sizeof *list);
+    for (unsigned i = 0; i < most; i++) {
+        old[i] = list[i];
+        list[i] = NULL;
+    }
     for (unsigned i = 0; i <= most; i++) {
         rti_chunk *k = i == 0 ? chunk : old[i - 1];
         if (!k)

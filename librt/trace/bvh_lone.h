@@ -236,6 +236,22 @@ RTI_VEC rtk_u32 lone_open(const rtk_bvhnode *n, const lone_slabs *v, bvh_vec end
     return bits;
 }
 
+/* bvh_choose for any hit, which needs no distances: the slots in their order, where vectors are packed. */
+RTI_VEC rtk_u32 lone_first(lone *w, const rtk_bvhnode *n, rtk_u32 bits, const float t[RTK_BVH_WIDTH], rtk_u32 *top)
+{
+#ifdef RTI_PACK
+    const rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
+    (void)t;
+    bits &= bits - 1u;
+    rti_u8_pack(w->stack_child + *top, bits, n->child);
+    rti_u8_pack(w->stack_count + *top, bits, n->count);
+    *top += (rtk_u32)__builtin_popcount(bits);
+    return i;
+#else
+    return bvh_choose(n, bits, t, w->stack_t, w->stack_child, w->stack_count, top);
+#endif
+}
+
 /* One ray to its end. Any hit takes slots in their order, which is fair and needs no distances (kernel/bvh.h). */
 RTI_VEC void lone_walk(const lone_all *a, lone *w, rtk_u32 mode)
 {
@@ -250,15 +266,9 @@ RTI_VEC void lone_walk(const lone_all *a, lone *w, rtk_u32 mode)
             rtk_u32 bits = lone_open(n, &v, end, t), i;
             if (bits == 0u)
                 goto next;
-#ifdef RTI_PACK
-            if (mode & RTK_MODE_ANY) {
-                i = (rtk_u32)__builtin_ctz(bits);
-                bits &= bits - 1u;
-                rti_u8_pack(w->stack_child + top, bits, n->child);
-                rti_u8_pack(w->stack_count + top, bits, n->count);
-                top += (rtk_u32)__builtin_popcount(bits);
-            } else
-#endif
+            if (mode & RTK_MODE_ANY)
+                i = lone_first(w, n, bits, t, &top);
+            else
                 i = bvh_choose(n, bits, t, w->stack_t, w->stack_child, w->stack_count, &top);
             at = n->child[i];
             count = n->count[i];
