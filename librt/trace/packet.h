@@ -65,7 +65,23 @@ RTI_VEC void packet_rays_load(packet_rays *r, const rtk_trace_block *b, rtk_u32 
     r->axes[2] = LANES_ALL & ~(r->axes[0] | r->axes[1]);
 }
 
-/* What rtk_ray_prepare settles: returns the lanes that enter the part, and where. far: those whose origins would be moved. */
+/* Of rays that start far away, those that miss a part whatever moving their origins does to them. The slabs are good to some
+ * 2^-22 of the way to the part, and so is the moved ray; the part is grown by sixteen times that. */
+RTI_VEC rtk_u32 packet_rays_pass(const vec org[3], const vec inv[3], vec tmin, const float lo[3], const float hi[3], float scale)
+{
+    const vec zero = V(set)(0.0f);
+    const vec grow = V(set)(3.8146973e-06f) * (V(max)(V(max)(V(abs)(org[0]), V(abs)(org[1])), V(abs)(org[2])) + V(set)(scale));
+    vec in = V(set)(-RTK_INF), out = V(set)(RTK_INF);
+    for (rtk_u32 a = 0u; a < 3u; a++) {
+        const vec x = ((V(set)(lo[a]) - grow) - org[a]) * inv[a], y = ((V(set)(hi[a]) + grow) - org[a]) * inv[a];
+        in = V(max)(in, V(min)(x, y));
+        out = V(min)(out, V(max)(x, y));
+    }
+    return VM(bits)(V(lt)(out, in)) | (VM(bits)(V(lt)(out, zero)) & VM(bits)(V(le)(zero, tmin)));
+}
+
+/* What rtk_ray_prepare settles: returns the lanes that enter the part, and where. far: those that may, whose origins would be
+ * moved. */
 RTI_VEC rtk_u32 packet_rays_enter(const vec org[3], const vec inv[3], vec tmin, vec tmax, const rtk_part *part, vec *t0, vec *t1,
                                   rtk_u32 *far)
 {
@@ -83,7 +99,10 @@ RTI_VEC rtk_u32 packet_rays_enter(const vec org[3], const vec inv[3], vec tmin, 
     meet = VM(bits)(V(le)(in, out)) & ~VM(bits)(V(lt)(out, tmin)) & ~VM(bits)(V(lt)(tmax, in));
     *t0 = V(max)(in, tmin);
     *t1 = V(min)(out, tmax);
-    return meet & ~*far;
+    meet &= ~*far;
+    if (*far)
+        *far &= ~packet_rays_pass(org, inv, tmin, lo, hi, part->scale);
+    return meet;
 }
 
 /* Of a triangle's doubted lanes, those that rti_tri_settle leaves to be asked. best: where each lane's best hit is, behind which

@@ -1,5 +1,6 @@
 /* The leaf test in vectors against the leaf test, bit for bit, at every instruction set that runs here: what a vector accepts or
- * refuses, the scalar function accepts or refuses; lanes in doubt are few enough to be worth it. LIBRT_PAIRS: how many pairs (a
+ * refuses, the scalar function accepts or refuses; lanes in doubt are few enough to be worth it. Also what packets do
+ * for many rays at once: doubted ones in doubled floats, those that start far away. LIBRT_PAIRS: how many pairs (a
  * million each width). */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -175,6 +176,60 @@ static void test_levels(void **state)
 #undef LEVEL
 }
 
+/* Rays from near and far at the corners and edges of a part, some 1e-7 beside them, and away from it: those that packets leave
+ * out are those that miss it when they are prepared. */
+static void part(const char *isa, uint32_t width, uint32_t (*probe)(const rtk_ray *rays, const rtk_part *part))
+{
+    const char *asked = getenv("LIBRT_PAIRS");
+    uint64_t rays = asked ? strtoull(asked, NULL, 10) : 1000000u, far_out = 0, in = 0;
+    rng g = {11 + width};
+    rtk_part p;
+    memset(&p, 0, sizeof p);
+    p.lo = rtk_v3(-1.0f, -0.5f, 0.25f);
+    p.hi = rtk_v3(0.75f, 0.5f, 1.0f);
+    p.scale = 1.0f;
+    for (uint64_t done = 0; done < rays; done += width) {
+        rtk_ray some[16];
+        for (uint32_t i = 0; i < width; i++) {
+            const int at = (int)(rng_unit(&g) * 4.0f);
+            const float off = rng_unit(&g) < 0.5f ? 0.0f : rng_unit(&g) * (rng_unit(&g) < 0.5f ? 4e-6f : 0.5f);
+            rtk_vec3 to = rtk_v3(at & 1 ? p.hi.x : p.lo.x, at & 2 ? p.hi.y : p.lo.y, p.lo.z + rng_unit(&g) * 0.75f);
+            rtk_vec3 dir = rtk_v3(rng_unit(&g) - 0.5f, rng_unit(&g) - 0.5f, rng_unit(&g) - 0.5f);
+            const float away = 8.0f * rtk_float(rtk_bits(1.0f) + ((rtk_u32)(rng_unit(&g) * 24.0f) << 23)) / rtk_maxabs(dir);
+            to.x += at & 1 ? off : -off;
+            if (rng_unit(&g) < 0.1f)
+                dir.y = 0.0f;
+            some[i].org = rtk_madd(to, -away, dir);
+            some[i].dir = rng_unit(&g) < 0.1f ? rtk_v3(-dir.x, -dir.y, -dir.z) : dir;
+            some[i].tmin = 0.0f;
+            some[i].tmax = RTK_INF;
+            some[i].mask = 1u;
+        }
+        const uint32_t out = probe(some, &p);
+        for (uint32_t i = 0; i < width; i++) {
+            rtk_pray r;
+            const int meets = rtk_ray_valid(some[i]) && rtk_ray_prepare(some[i], p.lo, p.hi, p.scale, &r);
+            in += (uint64_t)meets;
+            far_out += (out >> i & 1u) && rtk_maxabs(some[i].org) > RTK_FAR;
+            if (meets && (out >> i & 1u))
+                fail_msg("%s: org %a %a %a dir %a %a %a meets the part", isa, some[i].org.x, some[i].org.y, some[i].org.z,
+                         some[i].dir.x, some[i].dir.y, some[i].dir.z);
+        }
+    }
+    assert_true(in * 5 > rays);
+    assert_true(far_out * 10 > rays);
+}
+
+static void test_part(void **state)
+{
+    (void)state;
+#define LEVEL(name, isa)                                                                                                         \
+    if (rti_isa_runs(isa))                                                                                                       \
+        part(#name, probe_width_##name(16), probe_part_##name);
+    RTI_ISA_EACH(LEVEL)
+#undef LEVEL
+}
+
 static void test_exact(void **state)
 {
     (void)state;
@@ -187,6 +242,6 @@ static void test_exact(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_levels), cmocka_unit_test(test_exact)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_levels), cmocka_unit_test(test_exact), cmocka_unit_test(test_part)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

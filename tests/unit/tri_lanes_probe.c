@@ -115,3 +115,23 @@ uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tri, probe
     memset(out, 0, RTI_SIMD * sizeof *out);
     return 0;
 }
+
+uint32_t RTI_ISA_FN(probe_part)(const rtk_ray *rays, const rtk_part *part)
+{
+    float p[8][RTI_SIMD];
+    vec org[3], inv[3], t0, t1;
+    rtk_u32 far, in;
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
+        const rtk_ray *r = &rays[i];
+        const float of[8] = {r->org.x, r->org.y, r->org.z, rtk_inverse(r->dir.x), rtk_inverse(r->dir.y), rtk_inverse(r->dir.z),
+                             r->tmin,  r->tmax};
+        for (rtk_u32 j = 0u; j < 8u; j++)
+            p[j][i] = of[j];
+    }
+    for (rtk_u32 i = 0u; i < 3u; i++) {
+        org[i] = V(load)(p[i]);
+        inv[i] = V(load)(p[3u + i]);
+    }
+    in = packet_rays_enter(org, inv, V(load)(p[6]), V(load)(p[7]), part, &t0, &t1, &far);
+    return LANES_ALL & ~(in | far);
+}
