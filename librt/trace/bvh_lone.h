@@ -158,6 +158,27 @@ RTI_VEC void lone_start(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 lane)
     w->top = 1u;
 }
 
+/* Lanes whose dominant axis is x, y; that of the others is z. */
+typedef struct lone_axes {
+    vmask first, second;
+} lone_axes;
+
+RTI_VEC lone_axes lone_axes_of(const packet *p, rtk_u32 at)
+{
+    rtk_u32 first = 0u, second = 0u;
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
+        first |= (rtk_u32)((p->axis[at + i] & 3u) == 0u) << i;
+        second |= (rtk_u32)((p->axis[at + i] & 3u) == 1u) << i;
+    }
+    return (lone_axes){VM(of)(first), VM(of)(second)};
+}
+
+/* Of each lane the component along its dominant axis: x, y or z. */
+RTI_VEC vec lone_turned(const lone_axes *a, vec x, vec y, vec z)
+{
+    return V(select)(a->first, x, V(select)(a->second, y, z));
+}
+
 /* Shears, and whether the rays are spread; returns those whose way cannot be told by products. */
 RTI_VEC uint64_t lone_prepare(lone_all *a, uint64_t rays)
 {
@@ -169,8 +190,9 @@ RTI_VEC uint64_t lone_prepare(lone_all *a, uint64_t rays)
     float across = 0.0f;
     for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
         const rtk_u32 lanes = packet_bits(rays, at);
-        rtk_u32 first = 0u, second = 0u, fit = LANES_ALL; /* lanes whose axis is x, y */
-        vec d[3], sx, sy, sz;
+        rtk_u32 fit = LANES_ALL;
+        lone_axes axes;
+        vec d[3], dz;
         if (lanes == 0u)
             continue;
         for (rtk_u32 k = 0u; k < 3u; k++) {
@@ -180,15 +202,10 @@ RTI_VEC uint64_t lone_prepare(lone_all *a, uint64_t rays)
             lo[k] = V(min)(lo[k], V(select)(VM(of)(lanes), o, lo[k]));
             hi[k] = V(max)(hi[k], V(select)(VM(of)(lanes), o, hi[k]));
         }
-        for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
-            first |= (rtk_u32)((p->axis[at + i] & 3u) == 0u) << i;
-            second |= (rtk_u32)((p->axis[at + i] & 3u) == 1u) << i;
-        }
-        sz = V(select)(VM(of)(first), d[0], V(select)(VM(of)(second), d[1], d[2]));
-        sx = V(select)(VM(of)(first), d[1], V(select)(VM(of)(second), d[2], d[0]));
-        sy = V(select)(VM(of)(first), d[2], V(select)(VM(of)(second), d[0], d[1]));
-        V(store)(a->sx + at, sx / sz);
-        V(store)(a->sy + at, sy / sz);
+        axes = lone_axes_of(p, at);
+        dz = lone_turned(&axes, d[0], d[1], d[2]);
+        V(store)(a->sx + at, lone_turned(&axes, d[1], d[2], d[0]) / dz);
+        V(store)(a->sy + at, lone_turned(&axes, d[2], d[0], d[1]) / dz);
         far |= (uint64_t)(LANES_ALL & ~fit) << at;
     }
     for (rtk_u32 k = 0u; k < 3u; k++)

@@ -17,7 +17,7 @@
 typedef struct mixed {
     vec inv[3], start[3], t0, t1;
     tri_ray tri;            /* each ray's in its own order of axes */
-    vmask first, second;    /* lanes whose axis is x, y */
+    lone_axes axes;
     bvh_vec lo[3], hi[3];   /* around all ways */
     rtk_u32 from;           /* lane 0 is this one of the packet's */
     rtk_u32 late[RTI_SIMD]; /* bvh_late's ref */
@@ -30,27 +30,16 @@ RTI_VEC int mixes(const lone_all *a, rtk_u32 mode)
     return mode & RTK_MODE_ANY ? RTI_SIMD >= 8 : RTI_SIMD >= 16 && !a->spread;
 }
 
-RTI_VEC vec mixed_turned(const mixed *m, vec x, vec y, vec z)
-{
-    return V(select)(m->first, x, V(select)(m->second, y, z));
-}
-
 RTI_VEC void mixed_start(const lone_all *a, mixed *m, rtk_u32 from, rtk_u32 lanes)
 {
     const packet *p = a->p;
     const vec inf = V(set)(RTK_INF);
     const float edge = RTK_DELTA * a->part->scale; /* more than the roundings of a ray's ends */
-    rtk_u32 first = 0u, second = 0u;
     vec org[3], dir[3];
     m->from = from;
     m->t0 = V(load)(p->t0 + from);
     m->t1 = V(load)(p->t1 + from);
-    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
-        first |= (rtk_u32)((p->axis[from + i] & 3u) == 0u) << i;
-        second |= (rtk_u32)((p->axis[from + i] & 3u) == 1u) << i;
-    }
-    m->first = VM(of)(first);
-    m->second = VM(of)(second);
+    m->axes = lone_axes_of(p, from);
     for (rtk_u32 k = 0u; k < 3u; k++) {
         vec x, y;
         org[k] = V(load)(p->org[k] + from);
@@ -62,12 +51,12 @@ RTI_VEC void mixed_start(const lone_all *a, mixed *m, rtk_u32 from, rtk_u32 lane
         m->lo[k] = NODE(set)(packet_low(V(select)(VM(of)(lanes), V(min)(x, y), inf)) - edge);
         m->hi[k] = NODE(set)(packet_high(V(select)(VM(of)(lanes), V(max)(x, y), -inf)) + edge);
     }
-    m->tri = (tri_ray){mixed_turned(m, org[1], org[2], org[0]),
-                       mixed_turned(m, org[2], org[0], org[1]),
-                       mixed_turned(m, org[0], org[1], org[2]),
+    m->tri = (tri_ray){lone_turned(&m->axes, org[1], org[2], org[0]),
+                       lone_turned(&m->axes, org[2], org[0], org[1]),
+                       lone_turned(&m->axes, org[0], org[1], org[2]),
                        V(load)(a->sx + from),
                        V(load)(a->sy + from),
-                       mixed_turned(m, dir[0], dir[1], dir[2]),
+                       lone_turned(&m->axes, dir[0], dir[1], dir[2]),
                        V(load)(p->tmin + from),
                        V(load)(p->tmax + from),
                        V(set)(0.0f),
@@ -131,9 +120,9 @@ RTI_VEC void mixed_lone(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, r
 RTI_VEC void mixed_corner(const mixed *m, const float v[3][4], rtk_u32 j, vec out[3])
 {
     const vec x = V(set)(v[0][j]), y = V(set)(v[1][j]), z = V(set)(v[2][j]);
-    out[0] = mixed_turned(m, y, z, x);
-    out[1] = mixed_turned(m, z, x, y);
-    out[2] = mixed_turned(m, x, y, z);
+    out[0] = lone_turned(&m->axes, y, z, x);
+    out[1] = lone_turned(&m->axes, z, x, y);
+    out[2] = lone_turned(&m->axes, x, y, z);
 }
 
 /* What the leaf test has found of reference `ref`, triangle j of a block. */
