@@ -17,6 +17,7 @@ set(LIBRT_SANITIZE "" CACHE STRING "Sanitizers for everything, as in -fsanitize=
 if(LIBRT_SANITIZE)
   add_compile_options(-fsanitize=${LIBRT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${LIBRT_SANITIZE})
+  add_compile_definitions(LIBRT_SANITIZED=1)
   # What optimizers say of sanitized code is not what it is: loops need not become vectors, and GCC loses sight of what was set.
   add_compile_options($<IF:$<C_COMPILER_ID:GNU>,-Wno-maybe-uninitialized,-Wno-pass-failed>)
 endif()

@@ -26,7 +26,11 @@
 
 #include "isa.h"
 
+#ifdef LIBRT_SANITIZED /* as RTK_INLINE */
+#define RTI_VEC __attribute__((unused)) static inline
+#else
 #define RTI_VEC __attribute__((always_inline, unused)) static inline
+#endif
 
 #if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__)
 #include "simd/avx512.h"

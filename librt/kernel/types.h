@@ -45,7 +45,11 @@ typedef uint8_t rtk_u8;
 #define RTK_FN      static inline
 #if defined(__GNUC__)
 #define RTK_COLD __attribute__((noinline, unused)) static /* rare branches, kept out of the hot loops */
+#ifdef LIBRT_SANITIZED
+#define RTK_INLINE static inline /* checks in every copy of every step: compilers would take minutes, and the calls cost less than the checks */
+#else
 #define RTK_INLINE __attribute__((always_inline)) static inline /* small steps of long chains: a call costs more than the step */
+#endif
 #else
 #define RTK_COLD static inline
 #define RTK_INLINE static inline

@@ -1,4 +1,5 @@
 /* The same picture however it is made: workers, tiles, tracers, schedules, the caller's rounding and buffer, parts of it. */
+#include "../support/many.h"
 #include "render_stage.h"
 
 #if defined(__SSE2__)
@@ -10,7 +11,7 @@ static void same_for_every_arrangement(const char *integrator, uint32_t samples,
 {
     static const uint32_t workers[] = {1, 2, 3, 8}, tiles[] = {8, 16, 64};
     static const char *const tracers[] = {"brute", "kdtree", "octree"};
-    rt_render_desc d = settings(70, 50, samples, integrator);
+    rt_render_desc d = settings(TEST_SANITIZED ? 35 : 70, TEST_SANITIZED ? 25 : 50, samples, integrator);
     char want[33], got[33];
     hash_of(&d, want);
     for (size_t w = 0; w < 4; w++) {
