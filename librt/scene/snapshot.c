@@ -134,6 +134,14 @@ static rtk_part part_view(const rti_part_group *group, uint32_t index)
     return p;
 }
 
+uint32_t rti_group_flags(const rtk_geom *geoms, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (geoms[i].mask != 0xffffffffu || (geoms[i].flags & RTK_GEOM_ALPHA))
+            return 0;
+    return RTK_GROUP_PLAIN;
+}
+
 static rtk_group group_view(const rti_part_group *part)
 {
     const rtk_group_header *head = part->group->data;
@@ -150,11 +158,7 @@ static rtk_group group_view(const rti_part_group *part)
     g.planes = rti_chunk_at(part->group, head->off_planes);
     g.geoms = rti_chunk_at(part->geometry, geometry->off_geoms);
     g.geom_count = geometry->geom_count;
-    g.flags = RTK_GROUP_PLAIN;
-    for (uint32_t i = 0; i < g.geom_count; i++) {
-        if (g.geoms[i].mask != 0xffffffffu || (g.geoms[i].flags & RTK_GEOM_ALPHA))
-            g.flags &= ~RTK_GROUP_PLAIN;
-    }
+    g.flags = rti_group_flags(g.geoms, g.geom_count);
     g.attributes = part->attribute ? part->attribute->data : NULL;
     g.part_count = head->part_count;
     for (uint32_t i = 0; i < head->part_count; i++)

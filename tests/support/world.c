@@ -6,6 +6,7 @@
 
 #include "kernel/shapes.h"
 #include "scene/scene.h"
+#include "scene/snapshot.h"
 
 static void *grown(void *data, size_t count, size_t item)
 {
@@ -195,6 +196,7 @@ static rt_status commit_group(test_world *w, uint32_t index, const rti_build_set
     g->planes = p->planes;
     g->geoms = p->geoms;
     g->geom_count = p->geom_count;
+    g->flags = rti_group_flags(p->geoms, p->geom_count); /* as a commit has it: the quickest ways are for plain groups */
     memset(g->parts, 0, sizeof g->parts);
     g->part_count = p->mesh.count + p->shape_count > 0;
     g->parts[0].lo = g->lo;
