@@ -196,7 +196,7 @@ RTI_VEC int bvh_blocks(rtk_query *q, rtk_u32 mode, const rtk_pray *r, const rti_
                 const float c0[3] = {b->v0[r->kx][i], b->v0[r->ky][i], b->v0[r->kz][i]};
                 const float c1[3] = {b->v1[r->kx][i], b->v1[r->ky][i], b->v1[r->kz][i]};
                 const float c2[3] = {b->v2[r->kx][i], b->v2[r->ky][i], b->v2[r->kz][i]};
-                const int sure = rti_tri_settle(&pair, c0, c1, c2);
+                const int sure = rti_tri_settle(&pair, c0, c1, c2, NULL);
                 if (sure < 0)
                     continue;
                 if (sure > 0 && (mode & RTK_MODE_ANY) && late->plain && outer == 0.0f)

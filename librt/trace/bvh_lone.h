@@ -1,8 +1,7 @@
 /* Rays that go one by one through the eight-wide BVH, from its root or from where they part (bvh_mixed.h), for hot files.
  *
  * They are loaded and prepared in vectors as those of a packet (bvh_packet.h) and leave their hits there. This is for triangles
- * in blocks of a group each hit of which counts (lone_fits); a doubted one goes through a query (packet_ask). The walk is that of
- * bvh_lanes.inl but for this: planes are met at plane * inv - org * inv. The product org * inv is rounded, by 2^-24 of |org| <=
+ * in blocks of a group each hit of which counts (lone_fits). The walk is that of bvh_lanes.inl but for this: planes are met at plane * inv - org * inv. The product org * inv is rounded, by 2^-24 of |org| <=
  * RTK_FAR scale, which is a sixteenth of what RTK_GROW holds in reserve (ray.h, theory point 3). Rays for which it would leave
  * the floats' range go by bvh_lanes.inl.
  */
@@ -14,11 +13,14 @@
 #define LONE_END   0xffffffffu /* count of the entry at the stack's foot */
 #define LONE_STACK (RTK_BVH_STACK + RTK_BVH_WIDTH + 1u)
 
-/* A ray on its way. */
+/* A ray on its way. A hit for certain of which the leaf test's first half doubts where it is (rti_tri_settle) is put aside: the
+ * packet's t is then a bound of it, late its reference, low the other bound. It is decided with others of its kind at the end
+ * (lone_decide), or alone when what comes next lies between its bounds. */
 typedef struct lone {
     float inv[3], start[3], t0, reach; /* start: org * inv */
     rtk_u32 near[3], lane;             /* near: rows of box with the planes that it enters by */
     rtk_u32 at, count, top, late;      /* node, or leaf as in rtk_bvhnode; entries of the stack; bvh_late's ref */
+    float low;                         /* the packet's t, but of a hit that was put aside */
     float stack_t[LONE_STACK];
     rtk_u32 stack_child[LONE_STACK], stack_count[LONE_STACK];
 } lone;
@@ -30,6 +32,7 @@ typedef struct lone_all {
     rtk_tree tree;
     rtk_u32 spread; /* the rays start all over the part */
     float sx[PACKET], sy[PACKET];
+    rtk_u32 aside, aside_lane[PACKET], aside_ref[PACKET]; /* hits that were put aside, a ray at most one */
 } lone_all;
 
 /* May a part's rays go this way? */
@@ -39,15 +42,45 @@ RTI_VEC int lone_fits(const rtk_group *g, const rtk_part *part)
 }
 
 /* The best hit's identity, which a walk does without (bvh_lanes.h). */
+RTI_VEC void lone_know(packet *p, rtk_u32 lane, rtk_u32 ref)
+{
+    const rtk_tri *tri = &p->scene->groups->tris[ref];
+    p->prim[lane] = rtk_float(tri->prim);
+    p->geom[lane] = rtk_float(tri->geom);
+}
+
+/* A certain hit that nothing is in front of, by the leaf test itself. */
+static void lone_exact(packet *p, const rtk_part *part, rtk_u32 lane, rtk_u32 ref)
+{
+    p->t[lane] = p->tmax[lane];
+    p->prim[lane] = p->geom[lane] = rtk_float(RTK_INVALID);
+    packet_ask(p, 0u, part, lane, ref);
+}
+
+/* The packet has the best hit so far, all of it. */
 RTI_VEC void lone_settle(const lone_all *a, lone *w)
 {
-    const rtk_tri *tri;
     if (w->late == RTK_INVALID)
         return;
-    tri = &a->p->scene->groups->tris[w->late];
-    a->p->prim[w->lane] = rtk_float(tri->prim);
-    a->p->geom[w->lane] = rtk_float(tri->geom);
+    if (w->low < a->p->t[w->lane])
+        lone_exact(a->p, a->part, w->lane, w->late);
+    else
+        lone_know(a->p, w->lane, w->late);
     w->late = RTK_INVALID;
+    w->low = a->p->t[w->lane];
+}
+
+/* A ray's end: what was put aside waits for the others'. */
+RTI_VEC void lone_leave(lone_all *a, const lone *w)
+{
+    if (w->late == RTK_INVALID)
+        return;
+    if (w->low < a->p->t[w->lane]) {
+        a->aside_lane[a->aside] = w->lane;
+        a->aside_ref[a->aside++] = w->late;
+    } else {
+        lone_know(a->p, w->lane, w->late);
+    }
 }
 
 /* A reference by the leaf test itself: 1, nothing more is asked. */
@@ -55,19 +88,34 @@ RTI_VEC int lone_ask(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 ref)
 {
     lone_settle(a, w);
     packet_ask(a->p, mode, a->part, w->lane, ref);
+    w->low = a->p->t[w->lane];
     return (mode & RTK_MODE_ANY) && (a->p->done >> w->lane & 1u);
 }
 
-/* What rti_tri_settle says of triangle j of a block and ray l. */
-RTI_VEC int lone_doubt(const lone_all *a, rtk_u32 l, const rtk_bvhblock *b, rtk_u32 j)
+/* Reference `ref`, triangle j of a block, which the leaf test's first half doubts. */
+RTI_VEC int lone_doubt(const lone_all *a, lone *w, rtk_u32 mode, const rtk_bvhblock *b, rtk_u32 j, rtk_u32 ref)
 {
-    const packet *p = a->p;
-    const rtk_u32 kz = p->axis[l] & 3u, kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
+    packet *p = a->p;
+    const rtk_u32 l = w->lane, kz = p->axis[l] & 3u, kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
     const rti_tri_pair pair = {p->org[kx][l], p->org[ky][l], p->org[kz][l],  a->sx[l],   a->sy[l],
                                p->dir[kz][l], 0.0f,          a->part->scale, p->tmin[l], p->t[l]};
     const float c0[3] = {b->v0[kx][j], b->v0[ky][j], b->v0[kz][j]}, c1[3] = {b->v1[kx][j], b->v1[ky][j], b->v1[kz][j]};
     const float c2[3] = {b->v2[kx][j], b->v2[ky][j], b->v2[kz][j]};
-    return rti_tri_settle(&pair, c0, c1, c2);
+    float within[2];
+    const int sure = rti_tri_settle(&pair, c0, c1, c2, within);
+    if (sure < 0)
+        return 0;
+    if (sure > 0 && (mode & RTK_MODE_ANY)) {
+        p->done |= (uint64_t)1u << l;
+        return 1;
+    }
+    if (sure == 0 || within[1] >= w->low)
+        return lone_ask(a, w, mode, ref);
+    w->low = within[0];
+    p->t[l] = within[1];
+    w->late = ref;
+    __builtin_prefetch(&p->scene->groups->tris[ref]);
+    return 0;
 }
 
 /* A leaf: 1, a hit will do. */
@@ -109,30 +157,20 @@ RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
         rti_f4_store(v, hit.v);
         for (; bits != 0u; bits &= bits - 1u) {
             const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), ref = tree->refs[4u * k + i];
-            int sure = 1;
             if (hit.doubt >> i & 1u) {
-                sure = lone_doubt(a, l, b, i);
-                if (sure < 0)
-                    continue;
-                sure = sure && (mode & RTK_MODE_ANY); /* a closest hit is the leaf test's to the bit */
-            }
-            if (sure && !(mode & RTK_MODE_ANY) && t[i] > p->t[l])
-                continue;
-            if (sure && (mode & RTK_MODE_ANY)) {
+                if (lone_doubt(a, w, mode, b, i, ref))
+                    return 1;
+            } else if (mode & RTK_MODE_ANY) {
                 p->done |= (uint64_t)1u << l;
                 return 1;
-            }
-            if (t[i] == p->t[l] && w->late == RTK_INVALID)
-                sure = 0; /* the best is another part's: the order of hits decides */
-            if (!sure) {
-                if (lone_ask(a, w, mode, ref))
-                    return 1;
-            } else if (t[i] < p->t[l] || ref < w->late) {
-                p->t[l] = t[i];
+            } else if (t[i] < w->low || (t[i] == w->low && t[i] == p->t[l] && ref < w->late && w->late != RTK_INVALID)) {
+                p->t[l] = w->low = t[i];
                 p->u[l] = u[i];
                 p->v[l] = v[i];
                 w->late = ref;
                 __builtin_prefetch(&p->scene->groups->tris[ref]);
+            } else if (t[i] <= p->t[l] && (w->low < p->t[l] || w->late == RTK_INVALID)) {
+                lone_ask(a, w, mode, ref); /* between the bounds; or the best is another part's, and the order of hits decides */
             }
         }
     }
@@ -151,6 +189,7 @@ RTI_VEC void lone_start(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 lane)
     w->reach = mode & RTK_MODE_ANY ? p->t1[lane] : rtk_min(p->t1[lane], p->t[lane]);
     w->lane = lane;
     w->late = RTK_INVALID;
+    w->low = p->t[lane];
     w->at = w->count = 0u;
     w->stack_t[0] = -RTK_INF;
     w->stack_child[0] = 0u;
@@ -307,7 +346,48 @@ RTI_VEC void lone_walk(const lone_all *a, lone *w, rtk_u32 mode)
         at = w->stack_child[top];
         count = w->stack_count[top];
     }
-    lone_settle(a, w);
+}
+
+/* What was put aside, as many at once as vectors hold. */
+static void lone_decide(const lone_all *a)
+{
+    packet *p = a->p;
+    for (rtk_u32 at = 0u; at < a->aside; at += RTI_SIMD) {
+        const rtk_u32 n = rtk_umin(a->aside - at, RTI_SIMD);
+        float x[19][RTI_SIMD];
+        vec r[19];
+        tri_hit hit;
+        for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
+            const rtk_u32 from = at + rtk_umin(i, n - 1u), l = a->aside_lane[from];
+            const rtk_tri *tri = &p->scene->groups->tris[a->aside_ref[from]];
+            const rtk_u32 kz = p->axis[l] & 3u, kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
+            const float of[19] = {p->org[kx][l], p->org[ky][l], p->org[kz][l], a->sx[l],    a->sy[l],    p->dir[kz][l], p->tmin[l],
+                                  p->tmax[l],    p->dir[kx][l], p->dir[ky][l], tri->v0[kx], tri->v0[ky], tri->v0[kz],   tri->v1[kx],
+                                  tri->v1[ky],   tri->v1[kz],   tri->v2[kx],   tri->v2[ky], tri->v2[kz]};
+            for (rtk_u32 k = 0u; k < 19u; k++)
+                x[k][i] = of[k];
+        }
+        for (rtk_u32 k = 0u; k < 19u; k++)
+            r[k] = V(load)(x[k]);
+        const tri_ray ray = {r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], V(set)(0.0f), V(set)(a->part->scale)};
+        hit.hit = 0u;
+        hit.t = hit.u = hit.v = V(set)(0.0f);
+        tri_exact(&ray, &r[8], &r[9], r + 10, r + 13, r + 16, (2u << (n - 1u)) - 1u, &hit);
+        V(store)(x[0], hit.t);
+        V(store)(x[1], hit.u);
+        V(store)(x[2], hit.v);
+        for (rtk_u32 i = 0u; i < n; i++) {
+            const rtk_u32 l = a->aside_lane[at + i], ref = a->aside_ref[at + i];
+            if (!(hit.hit >> i & 1u)) { /* its ray starts or ends on an edge */
+                lone_exact(p, a->part, l, ref);
+                continue;
+            }
+            p->t[l] = x[0][i];
+            p->u[l] = x[1][i];
+            p->v[l] = x[2][i];
+            lone_know(p, l, ref);
+        }
+    }
 }
 
 #endif

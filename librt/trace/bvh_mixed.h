@@ -20,7 +20,8 @@ typedef struct mixed {
     lone_axes axes;
     bvh_vec lo[3], hi[3];   /* around all ways */
     rtk_u32 from;           /* lane 0 is this one of the packet's */
-    rtk_u32 late[RTI_SIMD]; /* bvh_late's ref */
+    rtk_u32 late[RTI_SIMD]; /* as of a lone ray, and low */
+    float low[RTI_SIMD];
 } mixed;
 
 /* Whether rays are to go this way. A closest hit comes late when others choose the order: too late for eight rays at a time, and
@@ -91,14 +92,18 @@ RTI_VEC rtk_u32 mixed_enter(const mixed *m, const rtk_bvhnode *n, rtk_u32 slot, 
     return VM(bits)(V(le)(t0, t1));
 }
 
-/* The best hit's identity of a lane, which the walk does without. */
-RTI_VEC void mixed_settle(const lone_all *a, mixed *m, rtk_u32 lane)
+/* A lane as a lone ray at a leaf, and back. */
+RTI_VEC void mixed_get(const mixed *m, rtk_u32 lane, lone *w)
 {
-    lone w;
-    w.lane = m->from + lane;
-    w.late = m->late[lane];
-    lone_settle(a, &w);
-    m->late[lane] = RTK_INVALID;
+    w->lane = m->from + lane;
+    w->late = m->late[lane];
+    w->low = m->low[lane];
+}
+
+RTI_VEC void mixed_put(mixed *m, rtk_u32 lane, const lone *w)
+{
+    m->late[lane] = w->late;
+    m->low[lane] = w->low;
 }
 
 /* Some rays, each for itself, on from a node or leaf. */
@@ -108,11 +113,11 @@ RTI_VEC void mixed_lone(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, r
         const rtk_u32 i = (rtk_u32)__builtin_ctz(lanes);
         lone w;
         lone_start(a, &w, mode, m->from + i);
-        w.late = m->late[i];
+        mixed_get(m, i, &w);
         w.at = at;
         w.count = count;
         lone_walk(a, &w, mode);
-        m->late[i] = w.late;
+        mixed_put(m, i, &w);
     }
 }
 
@@ -133,10 +138,11 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
     if (mode & RTK_MODE_ANY) {
         p->done |= (uint64_t)hit->hit << m->from;
     } else {
-        const vec best = V(load)(p->t + m->from);
-        const rtk_u32 take = hit->hit & VM(bits)(V(lt)(hit->t, best));
-        ask = hit->hit & VM(bits)(V(eq)(hit->t, best)); /* the order of hits decides */
+        const vec best = V(load)(p->t + m->from), low = V(load)(m->low);
+        const rtk_u32 take = hit->hit & VM(bits)(V(lt)(hit->t, low));
+        ask = hit->hit & ~take & VM(bits)(V(le)(hit->t, best)); /* the order of hits decides, or one that was put aside */
         V(store)(p->t + m->from, V(select)(VM(of)(take), hit->t, best));
+        V(store)(m->low, V(select)(VM(of)(take), hit->t, low));
         V(store)(p->u + m->from, V(select)(VM(of)(take), hit->u, V(load)(p->u + m->from)));
         V(store)(p->v + m->from, V(select)(VM(of)(take), hit->v, V(load)(p->v + m->from)));
         for (rtk_u32 l = take; l != 0u; l &= l - 1u)
@@ -144,17 +150,15 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
         if (take)
             __builtin_prefetch(&p->scene->groups->tris[ref]);
     }
-    for (rtk_u32 l = hit->doubt; l != 0u; l &= l - 1u) {
-        const rtk_u32 lane = m->from + (rtk_u32)__builtin_ctz(l);
-        const int sure = lone_doubt(a, lane, b, j);
-        if (sure > 0 && (mode & RTK_MODE_ANY))
-            p->done |= (uint64_t)1u << lane;
-        else if (sure >= 0)
-            ask |= l & (0u - l);
-    }
-    for (; ask != 0u; ask &= ask - 1u) {
-        mixed_settle(a, m, (rtk_u32)__builtin_ctz(ask));
-        packet_ask(p, mode, a->part, m->from + (rtk_u32)__builtin_ctz(ask), ref);
+    for (rtk_u32 l = ask | hit->doubt; l != 0u; l &= l - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctz(l);
+        lone w;
+        mixed_get(m, i, &w);
+        if (ask >> i & 1u)
+            lone_ask(a, &w, mode, ref);
+        else
+            lone_doubt(a, &w, mode, b, j, ref);
+        mixed_put(m, i, &w);
     }
 }
 
@@ -164,13 +168,12 @@ RTI_VEC void mixed_leaf(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, r
         for (; lanes != 0u; lanes &= lanes - 1u) {
             const rtk_u32 i = (rtk_u32)__builtin_ctz(lanes);
             lone w;
-            w.lane = m->from + i;
-            w.late = m->late[i];
+            mixed_get(m, i, &w);
             w.at = at;
             w.count = count;
             if (lone_leaf(a, &w, mode))
                 a->p->done |= (uint64_t)1u << w.lane;
-            m->late[i] = w.late;
+            mixed_put(m, i, &w);
         }
         return;
     }
@@ -190,7 +193,7 @@ RTI_VEC void mixed_leaf(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, r
 }
 
 /* The lanes at `from` to their end. */
-RTI_VEC void mixed_walk(const lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 lanes)
+RTI_VEC void mixed_walk(lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 lanes)
 {
     struct {
         rtk_u32 at, count, lanes;
@@ -202,6 +205,7 @@ RTI_VEC void mixed_walk(const lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 l
     mixed_start(a, &m, from, lanes);
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
         m.late[i] = RTK_INVALID;
+    V(store)(m.low, V(load)(a->p->t + from));
     m.t1 = mode & RTK_MODE_ANY ? m.t1 : V(min)(m.t1, V(load)(a->p->t + from));
     stack[0].at = stack[0].count = 0u;
     stack[0].lanes = lanes;
@@ -249,7 +253,11 @@ RTI_VEC void mixed_walk(const lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 l
         }
     }
     for (rtk_u32 i = 0u; i < RTI_SIMD && !(mode & RTK_MODE_ANY); i++)
-        mixed_settle(a, &m, i);
+        if (m.late[i] != RTK_INVALID) {
+            lone w;
+            mixed_get(&m, i, &w);
+            lone_leave(a, &w);
+        }
 }
 
 #endif

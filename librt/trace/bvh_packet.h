@@ -282,7 +282,7 @@ RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, cons
         ask = packet_settle(r, best, mode, hit.doubt, c0, c1, c2, &take);
         if (__builtin_popcount(ask) >= TRI_EXACT_LEAST) {
             const vec dx = V(load)(p->dir[x] + at), dy = V(load)(p->dir[y] + at);
-            ask = tri_exact(r, &dx, &dy, c0, c1, c2, ask, &hit);
+            ask = tri_exact(r, &dx, &dy, v0, v1, v2, ask, &hit);
             take |= hit.hit;
         }
         if (!(mode & RTK_MODE_ANY)) {

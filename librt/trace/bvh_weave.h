@@ -74,7 +74,7 @@ RTI_VEC void weave_shorten(lone *w)
 }
 
 /* A turn: 0, there is more to do. */
-RTI_VEC int weave_turn(const lone_all *a, lone *w, rtk_u32 mode)
+RTI_VEC int weave_turn(lone_all *a, lone *w, rtk_u32 mode)
 {
     float reach;
     if (__builtin_expect(w->count == 0u, 1)) {
@@ -82,7 +82,7 @@ RTI_VEC int weave_turn(const lone_all *a, lone *w, rtk_u32 mode)
         return 0;
     }
     if (w->count == LONE_END || lone_leaf(a, w, mode)) {
-        lone_settle(a, w);
+        lone_leave(a, w);
         return 1;
     }
     reach = rtk_min(w->reach, a->p->t[w->lane]);
@@ -103,7 +103,7 @@ RTI_VEC int weaves(const lone_all *a)
     return a->p->scratch->turns || (a->spread && a->tree.block_count > WEAVE_BYTES / sizeof *a->tree.blocks);
 }
 
-static void weave_walk(const lone_all *a, rtk_u32 mode, uint64_t rays)
+static void weave_walk(lone_all *a, rtk_u32 mode, uint64_t rays)
 {
     lone all[WEAVE], *line[WEAVE];
     rtk_u32 live = 0u;
@@ -133,6 +133,7 @@ RTI_VEC uint64_t lone_rays(packet *p, rtk_u32 mode, const rtk_part *part, uint64
     a.p = p;
     a.part = part;
     a.tree = part->bvh;
+    a.aside = 0u;
     for (uint64_t l = p->masked || p->common == 0u ? rays : 0u; l != 0u; l &= l - 1u)
         if (p->mask[__builtin_ctzll(l)] == 0u)
             rays &= ~(l & (0u - l));
@@ -142,9 +143,9 @@ RTI_VEC uint64_t lone_rays(packet *p, rtk_u32 mode, const rtk_part *part, uint64
     rays &= ~other;
     if (weaves(&a)) {
         weave_walk(&a, mode, rays);
-        return other;
+        rays = 0u;
     }
-    for (rtk_u32 at = 0u; mixes(&a, mode) && at < PACKET; at += RTI_SIMD) {
+    for (rtk_u32 at = 0u; rays != 0u && mixes(&a, mode) && at < PACKET; at += RTI_SIMD) {
         const rtk_u32 lanes = packet_bits(rays, at);
         if (__builtin_popcount(lanes) <= MIXED_FEW(mode))
             continue;
@@ -155,7 +156,9 @@ RTI_VEC uint64_t lone_rays(packet *p, rtk_u32 mode, const rtk_part *part, uint64
         lone l;
         lone_start(&a, &l, mode, (rtk_u32)__builtin_ctzll(rays));
         lone_walk(&a, &l, mode);
+        lone_leave(&a, &l);
     }
+    lone_decide(&a);
     return other;
 }
 

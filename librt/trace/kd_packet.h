@@ -151,7 +151,7 @@ RTI_VEC uint32_t kd_packet_tri(const kd_packet *p, rtk_u32 mode, const rtk_tri *
         return 0;
     hit->doubt = packet_settle(&p->tri, p->t, mode, hit->doubt, v0, v1, v2, take ? &hit->hit : NULL);
     if (__builtin_popcount(hit->doubt) >= TRI_EXACT_LEAST)
-        hit->doubt = tri_exact(&p->tri, &p->r.dir[p->kx], &p->r.dir[p->ky], v0, v1, v2, hit->doubt, hit);
+        hit->doubt = tri_exact(&p->tri, &p->r.dir[p->kx], &p->r.dir[p->ky], a, b, c, hit->doubt, hit);
     return hit->hit | hit->doubt;
 }
 

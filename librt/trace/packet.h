@@ -117,7 +117,7 @@ RTI_VEC rtk_u32 packet_settle(const tri_ray *rays, vec best, rtk_u32 mode, rtk_u
         const rti_tri_pair r = {
             rays->ox[i],  rays->oy[i],     rays->oz[i],    rays->sx[i],   rays->sy[i],
             rays->kdz[i], rays->tshift[i], rays->scale[i], rays->tmin[i], mode & RTK_MODE_ANY ? rays->tmax[i] : best[i]};
-        const int sure = rti_tri_settle(&r, v0, v1, v2);
+        const int sure = rti_tri_settle(&r, v0, v1, v2, NULL);
         if (sure > 0 && take && (mode & RTK_MODE_ANY))
             *take |= 1u << i;
         else if (sure >= 0)

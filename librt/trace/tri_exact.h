@@ -1,8 +1,8 @@
-/* The leaf test's second half in doubled floats (rtk_tri_exact, and what rtk_tri_intersect does with it) for many rays and one
- * triangle: the same operations in the same order, so the same bits. Included by packet.h, whose vectors it takes.
+/* The leaf test's second half in doubled floats (rtk_tri_exact, and what rtk_tri_intersect does with it) for many pairs of a ray
+ * and a triangle: the same operations in the same order, so the same bits. Included by packet.h, whose vectors it takes.
  *
  * Beside a big triangle, a floor on which the camera stands, every ray of a packet is in doubt: one by one that cost a quarter
- * of the time of sponza's primary rays.
+ * of the time of sponza's primary rays, and half of that of classroom's random ones.
  */
 #ifndef RTI_TRI_EXACT_H
 #define RTI_TRI_EXACT_H
@@ -12,11 +12,6 @@
 typedef struct wide_ff {
     vec hi, lo;
 } wide_ff;
-
-RTI_VEC wide_ff wide_set(rtk_ff a)
-{
-    return (wide_ff){V(set)(a.hi), V(set)(a.lo)};
-}
 
 RTI_VEC wide_ff wide_two_sum(vec a, vec b)
 {
@@ -85,15 +80,20 @@ RTI_VEC vec wide_normaliser(vec most)
     return V(load)(x);
 }
 
-/* rtk_tri_plane_depth. dx, dy: the directions in the rays' order of axes; v0, v1, v2: the corners in it. */
-RTI_VEC vec wide_plane_depth(const tri_ray *r, vec dx, vec dy, const float v0[3], const float v1[3], const float v2[3])
+/* rtk_ff_cross: a b - c d. */
+RTI_VEC wide_ff wide_cross(wide_ff a, wide_ff b, wide_ff c, wide_ff d)
 {
-    const rtk_ff ex = rtk_two_diff(v1[0], v0[0]), ey = rtk_two_diff(v1[1], v0[1]), ez = rtk_two_diff(v1[2], v0[2]);
-    const rtk_ff fx = rtk_two_diff(v2[0], v0[0]), fy = rtk_two_diff(v2[1], v0[1]), fz = rtk_two_diff(v2[2], v0[2]);
-    const wide_ff nx = wide_set(rtk_ff_cross(ey, fz, ez, fy)), ny = wide_set(rtk_ff_cross(ez, fx, ex, fz)),
-                  nz = wide_set(rtk_ff_cross(ex, fy, ey, fx));
-    const wide_ff ox = wide_two_diff(V(set)(v0[0]), r->ox), oy = wide_two_diff(V(set)(v0[1]), r->oy),
-                  oz = wide_two_diff(V(set)(v0[2]), r->oz);
+    const wide_ff q = wide_mul(c, d);
+    return wide_add(wide_mul(a, b), (wide_ff){-q.hi, -q.lo});
+}
+
+/* rtk_tri_plane_depth. dx, dy: the directions in the rays' order of axes; v0, v1, v2: the corners in it. */
+RTI_VEC vec wide_plane_depth(const tri_ray *r, vec dx, vec dy, const vec v0[3], const vec v1[3], const vec v2[3])
+{
+    const wide_ff ex = wide_two_diff(v1[0], v0[0]), ey = wide_two_diff(v1[1], v0[1]), ez = wide_two_diff(v1[2], v0[2]);
+    const wide_ff fx = wide_two_diff(v2[0], v0[0]), fy = wide_two_diff(v2[1], v0[1]), fz = wide_two_diff(v2[2], v0[2]);
+    const wide_ff nx = wide_cross(ey, fz, ez, fy), ny = wide_cross(ez, fx, ex, fz), nz = wide_cross(ex, fy, ey, fx);
+    const wide_ff ox = wide_two_diff(v0[0], r->ox), oy = wide_two_diff(v0[1], r->oy), oz = wide_two_diff(v0[2], r->oz);
     const wide_ff num = wide_add(wide_add(wide_mul(nx, ox), wide_mul(ny, oy)), wide_mul(nz, oz));
     const wide_ff den = wide_add(wide_add(wide_scale(nx, dx), wide_scale(ny, dy)), wide_scale(nz, r->kdz));
     return wide_quotient(num, den) * r->kdz;
@@ -101,14 +101,14 @@ RTI_VEC vec wide_plane_depth(const tri_ray *r, vec dx, vec dy, const float v0[3]
 
 /* Of `lanes`, which tri_test doubts: adds those that hit to *hit, with what the leaf test gives. Returns those that start or end
  * on an edge, whose sides are told by integers: they must be asked one by one. */
-__attribute__((noinline, unused)) static rtk_u32 tri_exact(const tri_ray *r, const vec *dx, const vec *dy, const float v0[3],
-                                                           const float v1[3], const float v2[3], rtk_u32 lanes, tri_hit *hit)
+__attribute__((noinline, unused)) static rtk_u32 tri_exact(const tri_ray *r, const vec *dx, const vec *dy, const vec v0[3],
+                                                           const vec v1[3], const vec v2[3], rtk_u32 lanes, tri_hit *hit)
 {
     const vec zero = V(set)(0.0f), one = V(set)(1.0f);
-    const vec az = V(set)(v0[2]) - r->oz, bz = V(set)(v1[2]) - r->oz, cz = V(set)(v2[2]) - r->oz;
-    vec ax = (V(set)(v0[0]) - r->ox) - r->sx * az, ay = (V(set)(v0[1]) - r->oy) - r->sy * az;
-    vec bx = (V(set)(v1[0]) - r->ox) - r->sx * bz, by = (V(set)(v1[1]) - r->oy) - r->sy * bz;
-    vec cx = (V(set)(v2[0]) - r->ox) - r->sx * cz, cy = (V(set)(v2[1]) - r->oy) - r->sy * cz;
+    const vec az = v0[2] - r->oz, bz = v1[2] - r->oz, cz = v2[2] - r->oz;
+    vec ax = (v0[0] - r->ox) - r->sx * az, ay = (v0[1] - r->oy) - r->sy * az;
+    vec bx = (v1[0] - r->ox) - r->sx * bz, by = (v1[1] - r->oy) - r->sy * bz;
+    vec cx = (v2[0] - r->ox) - r->sx * cz, cy = (v2[1] - r->oy) - r->sy * cz;
     const rtk_u32 edge = VM(bits)(V(eq)(cx * by - cy * bx, zero)) | VM(bits)(V(eq)(ax * cy - ay * cx, zero)) |
                          VM(bits)(V(eq)(bx * ay - by * ax, zero));
     const vec kx = wide_normaliser(V(max)(V(max)(V(abs)(ax), V(abs)(bx)), V(abs)(cx)));

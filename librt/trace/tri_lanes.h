@@ -31,12 +31,13 @@
  * nearly all are settled here. Products of two floats are exact in double, so the signs are those of rtk_compare_products. The
  * depth is rtk_tri_exact's of the same sheared vertices but for its roundings, 2^-44 |x| |y| (D + |az|) / |det|, which the bound
  * on |det| keeps below 2^-26 scale; the plane's depth, which may stand for it, is no farther than 2^-19 scale. So t is no farther
- * than `off`. v0, v1, v2: the corners in the ray's order of axes. */
+ * than `off`. v0, v1, v2: the corners in the ray's order of axes. within (may be NULL): of a hit for certain, what t lies between.
+ */
 typedef struct rti_tri_pair {
     float ox, oy, oz, sx, sy, kdz, tshift, scale, tmin, tmax;
 } rti_tri_pair;
 
-RTI_VEC int rti_tri_settle(const rti_tri_pair *r, const float v0[3], const float v1[3], const float v2[3])
+RTI_VEC int rti_tri_settle(const rti_tri_pair *r, const float v0[3], const float v1[3], const float v2[3], float within[2])
 {
     const float az = v0[2] - r->oz, bz = v1[2] - r->oz, cz = v2[2] - r->oz;
     const float ax = (v0[0] - r->ox) - r->sx * az, ay = (v0[1] - r->oy) - r->sy * az;
@@ -57,6 +58,11 @@ RTI_VEC int rti_tri_settle(const rti_tri_pair *r, const float v0[3], const float
     t += r->tshift;
     if (t + off < r->tmin || t - off > r->tmax)
         return -1;
+    if (within) {
+        const double more = off + 2e-7 * (t < 0.0 ? -t : t); /* they are rounded to floats */
+        within[0] = (float)(t - more);
+        within[1] = (float)(t + more);
+    }
     return t - off > r->tmin && t + off < r->tmax;
 }
 

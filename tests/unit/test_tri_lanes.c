@@ -137,8 +137,10 @@ static void level(const char *isa, uint32_t width, probe_fn probe)
     assert_true(sum.doubts * 100 > pairs); /* and the path of doubt is walked */
 }
 
-/* Many rays and a triangle: of those that the fast test doubts, only the ones on an edge are left to be asked. */
-static void exact(const char *isa, uint32_t width, uint32_t (*probe)(const rtk_pray *rays, const rtk_tri *tri, probe_answer *out))
+/* Of pairs that the fast test doubts, only those whose ray is on an edge are left to be asked. Every other batch is of one
+ * triangle, as packets of rays have it. */
+static void exact(const char *isa, uint32_t width,
+                  uint32_t (*probe)(const rtk_pray *rays, const rtk_tri *tris, probe_answer *out))
 {
     const char *asked = getenv("LIBRT_PAIRS");
     uint64_t pairs = asked ? strtoull(asked, NULL, 10) : 1000000u, doubted = 0;
@@ -148,15 +150,19 @@ static void exact(const char *isa, uint32_t width, uint32_t (*probe)(const rtk_p
     rtk_tri tris[16];
     probe_answer got[16];
     for (uint64_t done = 0; done < pairs; done += width) {
+        const bool one = done / width % 2 == 0;
         uint32_t tries = 0, i = 0;
         int shape = make_triangle(&g, &tris[0]);
-        while (i < width && tries++ < 1000u) /* a triangle off the bounds is met by none */
-            if (make_ray(&g, shape, &tris[0], &rays[i]) && rays[i].kz == rays[0].kz && rays[i].tshift == 0.0f)
+        while (i < width && tries++ < 1000u) { /* a triangle off the bounds is met by none */
+            if (i > 0 && one)
+                tris[i] = tris[0];
+            else if (i > 0 || tries > 100u)
+                shape = make_triangle(&g, &tris[i]);
+            if (make_ray(&g, shape, &tris[i], &rays[i]) && rays[i].tshift == 0.0f)
                 i++;
+        }
         if (i < width)
             continue;
-        for (i = 1; i < width; i++)
-            tris[i] = tris[0];
         doubted += probe(rays, tris, got);
         compare(rays, tris, got, width, &sum, isa);
     }

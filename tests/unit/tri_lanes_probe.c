@@ -67,17 +67,15 @@ void RTI_ISA_FN(probe_triangles)(uint32_t width, const rtk_pray *rays, const rtk
         RTI_ISA_FN(probe4)(rays, tris, out);
 }
 
-uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tri, probe_answer *out)
+uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tris, probe_answer *out)
 {
-    const rtk_u32 k[3] = {rays->kx, rays->ky, rays->kz};
-    const float v0[3] = {tri->v0[k[0]], tri->v0[k[1]], tri->v0[k[2]]}, v1[3] = {tri->v1[k[0]], tri->v1[k[1]], tri->v1[k[2]]};
-    const float v2[3] = {tri->v2[k[0]], tri->v2[k[1]], tri->v2[k[2]]};
-    vec corner[9];
-    float p[12][RTI_SIMD];
+    vec in[21];
+    float p[21][RTI_SIMD];
     tri_hit hit;
     rtk_u32 first, doubt = 0u;
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
         const rtk_pray *r = &rays[i];
+        const rtk_tri *t = &tris[i];
         const float of[12] = {r->korg.x,
                               r->korg.y,
                               r->korg.z,
@@ -90,21 +88,22 @@ uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tri, probe
                               rtk_axis(r->dir, r->kx),
                               rtk_axis(r->dir, r->ky),
                               0.0f};
+        const rtk_u32 k[3] = {r->kx, r->ky, r->kz};
         for (rtk_u32 j = 0u; j < 12u; j++)
             p[j][i] = of[j];
+        for (rtk_u32 j = 0u; j < 3u; j++) {
+            p[12u + j][i] = t->v0[k[j]];
+            p[15u + j][i] = t->v1[k[j]];
+            p[18u + j][i] = t->v2[k[j]];
+        }
     }
-    for (rtk_u32 i = 0u; i < 3u; i++) {
-        corner[i] = V(set)(v0[i]);
-        corner[3u + i] = V(set)(v1[i]);
-        corner[6u + i] = V(set)(v2[i]);
-    }
-    const tri_ray r = {V(load)(p[0]), V(load)(p[1]), V(load)(p[2]), V(load)(p[3]),  V(load)(p[4]),
-                       V(load)(p[5]), V(load)(p[6]), V(load)(p[7]), V(load)(p[11]), V(load)(p[8])};
-    const vec dx = V(load)(p[9]), dy = V(load)(p[10]);
-    first = tri_test(&r, corner, corner + 3, corner + 6, LANES_ALL, &hit);
+    for (rtk_u32 j = 0u; j < 21u; j++)
+        in[j] = V(load)(p[j]);
+    const tri_ray r = {in[0], in[1], in[2], in[3], in[4], in[5], in[6], in[7], in[11], in[8]};
+    first = tri_test(&r, in + 12, in + 15, in + 18, LANES_ALL, &hit);
     if (first != 0u) {
         first = hit.doubt;
-        doubt = first ? tri_exact(&r, &dx, &dy, v0, v1, v2, first, &hit) : 0u;
+        doubt = first ? tri_exact(&r, &in[9], &in[10], in + 12, in + 15, in + 18, first, &hit) : 0u;
         V(store)(p[0], hit.t);
         V(store)(p[1], hit.u);
         V(store)(p[2], hit.v);
