@@ -164,7 +164,7 @@ RTI_VEC int bvh_blocks(rtk_query *q, rtk_u32 mode, const rtk_pray *r, const rti_
         rti_f4 p2[3] = {rti_f4_load(b->v2[r->kx]), rti_f4_load(b->v2[r->ky]), rti_f4_load(b->v2[r->kz])};
         rti_tri_hit4 hit;
         float t[4], u[4], v[4];
-        rtk_u32 bits = rti_tri4(lanes, p0, p1, p2, 15u, &hit);
+        rtk_u32 bits = rti_tri4(lanes, p0, p1, p2, 15u, &hit), last = RTK_INVALID;
         if (bits == 0u)
             continue;
         rti_f4_store(t, hit.t);
@@ -190,6 +190,9 @@ RTI_VEC int bvh_blocks(rtk_query *q, rtk_u32 mode, const rtk_pray *r, const rti_
                 }
             }
             if (hit.doubt >> i & 1u) {
+                if (tree->refs[4u * k + i] == last) /* a block's last triangle stands in the lanes that are left */
+                    continue;
+                last = tree->refs[4u * k + i];
                 const float reach = outer == 0.0f && mode == 0u ? rtk_min(r->tmax, q->best.t) : r->tmax;
                 const rti_tri_pair pair = {r->korg.x, r->korg.y, r->korg.z, r->sx,   r->sy,
                                            r->kdz,    r->tshift, r->scale,  r->tmin, reach};

@@ -149,7 +149,7 @@ RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
         const rti_f4 p2[3] = {rti_f4_load(b->v2[kx]), rti_f4_load(b->v2[ky]), rti_f4_load(b->v2[kz])};
         rti_tri_hit4 hit;
         float t[4], u[4], v[4];
-        rtk_u32 bits = rti_tri4(&r, p0, p1, p2, 15u, &hit);
+        rtk_u32 bits = rti_tri4(&r, p0, p1, p2, 15u, &hit), last = RTK_INVALID;
         if (__builtin_expect(bits == 0u, 1))
             continue;
         rti_f4_store(t, hit.t);
@@ -158,6 +158,9 @@ RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
         for (; bits != 0u; bits &= bits - 1u) {
             const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), ref = tree->refs[4u * k + i];
             if (hit.doubt >> i & 1u) {
+                if (ref == last) /* a block's last triangle stands in the lanes that are left */
+                    continue;
+                last = ref;
                 if (lone_doubt(a, w, mode, b, i, ref))
                     return 1;
             } else if (mode & RTK_MODE_ANY) {
