@@ -14,12 +14,14 @@
 #define LONE_STACK (RTK_BVH_STACK + RTK_BVH_WIDTH + 1u)
 
 /* A ray on its way. A hit for certain of which the leaf test's first half doubts where it is (rti_tri_settle) is put aside: the
- * packet's t is then a bound of it, late its reference, low the other bound. It is decided with others of its kind at the end
- * (lone_decide), or alone when what comes next lies between its bounds. */
+ * packet's t is then a bound of it, late its place, low the other bound. It is decided with others of its kind at the end
+ * (lone_decide), or alone when what comes next lies between its bounds. Whose the best hit is, is not asked before the end either:
+ * references and triangles are seldom in the nearer caches, and then all rays' are waited for at once. */
 typedef struct lone {
     float inv[3], start[3], t0, reach; /* start: org * inv */
     rtk_u32 near[3], lane;             /* near: rows of box with the planes that it enters by */
-    rtk_u32 at, count, top, late;      /* node, or leaf as in rtk_bvhnode; entries of the stack; bvh_late's ref */
+    rtk_u32 at, count, top, late;      /* node, or leaf as in rtk_bvhnode; entries of the stack; place in refs of the best hit, or
+                                          RTK_INVALID: the packet has all of it */
     float low;                         /* the packet's t, but of a hit that was put aside */
     float stack_t[LONE_STACK];
     rtk_u32 stack_child[LONE_STACK], stack_count[LONE_STACK];
@@ -32,7 +34,8 @@ typedef struct lone_all {
     rtk_tree tree;
     rtk_u32 spread; /* the rays start all over the part */
     float sx[PACKET], sy[PACKET];
-    rtk_u32 aside, aside_lane[PACKET], aside_ref[PACKET]; /* hits that were put aside, a ray at most one */
+    rtk_u32 left, left_lane[PACKET], left_place[PACKET]; /* hits that wait for the end, a ray at most one */
+    rtk_u32 asides, aside[PACKET];                       /* those of them that were put aside */
 } lone_all;
 
 /* May a part's rays go this way? */
@@ -41,7 +44,6 @@ RTI_VEC int lone_fits(const rtk_group *g, const rtk_part *part)
     return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && part->bvh.block_count != 0u;
 }
 
-/* The best hit's identity, which a walk does without (bvh_lanes.h). */
 RTI_VEC void lone_know(packet *p, rtk_u32 lane, rtk_u32 ref)
 {
     const rtk_tri *tri = &p->scene->groups->tris[ref];
@@ -63,24 +65,22 @@ RTI_VEC void lone_settle(const lone_all *a, lone *w)
     if (w->late == RTK_INVALID)
         return;
     if (w->low < a->p->t[w->lane])
-        lone_exact(a->p, a->part, w->lane, w->late);
+        lone_exact(a->p, a->part, w->lane, a->tree.refs[w->late]);
     else
-        lone_know(a->p, w->lane, w->late);
+        lone_know(a->p, w->lane, a->tree.refs[w->late]);
     w->late = RTK_INVALID;
     w->low = a->p->t[w->lane];
 }
 
-/* A ray's end: what was put aside waits for the others'. */
+/* A ray's end. */
 RTI_VEC void lone_leave(lone_all *a, const lone *w)
 {
     if (w->late == RTK_INVALID)
         return;
-    if (w->low < a->p->t[w->lane]) {
-        a->aside_lane[a->aside] = w->lane;
-        a->aside_ref[a->aside++] = w->late;
-    } else {
-        lone_know(a->p, w->lane, w->late);
-    }
+    if (w->low < a->p->t[w->lane])
+        a->aside[a->asides++] = a->left;
+    a->left_lane[a->left] = w->lane;
+    a->left_place[a->left++] = w->late;
 }
 
 /* A reference by the leaf test itself: 1, nothing more is asked. */
@@ -92,10 +92,12 @@ RTI_VEC int lone_ask(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 ref)
     return (mode & RTK_MODE_ANY) && (a->p->done >> w->lane & 1u);
 }
 
-/* Reference `ref`, triangle j of a block, which the leaf test's first half doubts. */
-RTI_VEC int lone_doubt(const lone_all *a, lone *w, rtk_u32 mode, const rtk_bvhblock *b, rtk_u32 j, rtk_u32 ref)
+/* The triangle at a place, which the leaf test's first half doubts. */
+RTI_VEC int lone_doubt(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 place)
 {
     packet *p = a->p;
+    const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
+    const rtk_u32 j = place % 4u;
     const rtk_u32 l = w->lane, kz = p->axis[l] & 3u, kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
     const rti_tri_pair pair = {p->org[kx][l], p->org[ky][l], p->org[kz][l],  a->sx[l],   a->sy[l],
                                p->dir[kz][l], 0.0f,          a->part->scale, p->tmin[l], p->t[l]};
@@ -110,11 +112,11 @@ RTI_VEC int lone_doubt(const lone_all *a, lone *w, rtk_u32 mode, const rtk_bvhbl
         return 1;
     }
     if (sure == 0 || within[1] >= w->low)
-        return lone_ask(a, w, mode, ref);
+        return lone_ask(a, w, mode, a->tree.refs[place]);
     w->low = within[0];
     p->t[l] = within[1];
-    w->late = ref;
-    __builtin_prefetch(&p->scene->groups->tris[ref]);
+    w->late = place;
+    __builtin_prefetch(&a->tree.refs[place]);
     return 0;
 }
 
@@ -156,24 +158,26 @@ RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
         rti_f4_store(u, hit.u);
         rti_f4_store(v, hit.v);
         for (; bits != 0u; bits &= bits - 1u) {
-            const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), ref = tree->refs[4u * k + i];
+            const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), place = 4u * k + i;
             if (hit.doubt >> i & 1u) {
-                if (ref == last) /* a block's last triangle stands in the lanes that are left */
+                if (tree->refs[place] == last) /* a block's last triangle stands in the lanes that are left */
                     continue;
-                last = ref;
-                if (lone_doubt(a, w, mode, b, i, ref))
+                last = tree->refs[place];
+                if (lone_doubt(a, w, mode, place))
                     return 1;
             } else if (mode & RTK_MODE_ANY) {
                 p->done |= (uint64_t)1u << l;
                 return 1;
-            } else if (t[i] < w->low || (t[i] == w->low && t[i] == p->t[l] && ref < w->late && w->late != RTK_INVALID)) {
+            } else if (t[i] < w->low || (t[i] == w->low && t[i] == p->t[l] && w->late != RTK_INVALID &&
+                                         tree->refs[place] < tree->refs[w->late])) {
                 p->t[l] = w->low = t[i];
                 p->u[l] = u[i];
                 p->v[l] = v[i];
-                w->late = ref;
-                __builtin_prefetch(&p->scene->groups->tris[ref]);
+                w->late = place;
+                __builtin_prefetch(&tree->refs[place]);
             } else if (t[i] <= p->t[l] && (w->low < p->t[l] || w->late == RTK_INVALID)) {
-                lone_ask(a, w, mode, ref); /* between the bounds; or the best is another part's, and the order of hits decides */
+                lone_ask(a, w, mode, tree->refs[place]); /* between the bounds; or the best is another part's: the order of hits
+                                                            decides */
             }
         }
     }
@@ -351,46 +355,56 @@ RTI_VEC void lone_walk(const lone_all *a, lone *w, rtk_u32 mode)
     }
 }
 
-/* What was put aside, as many at once as vectors hold. */
-static void lone_decide(const lone_all *a)
+/* n of the hits that were put aside, no more than vectors hold. */
+static void lone_decide(const lone_all *a, const rtk_u32 *which, rtk_u32 n)
 {
     packet *p = a->p;
-    for (rtk_u32 at = 0u; at < a->aside; at += RTI_SIMD) {
-        const rtk_u32 n = rtk_umin(a->aside - at, RTI_SIMD);
-        float x[19][RTI_SIMD];
-        vec r[19];
-        tri_hit hit;
-        for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
-            const rtk_u32 from = at + rtk_umin(i, n - 1u), l = a->aside_lane[from];
-            const rtk_tri *tri = &p->scene->groups->tris[a->aside_ref[from]];
-            const rtk_u32 kz = p->axis[l] & 3u, kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
-            const float of[19] = {p->org[kx][l], p->org[ky][l], p->org[kz][l], a->sx[l],    a->sy[l],    p->dir[kz][l], p->tmin[l],
-                                  p->tmax[l],    p->dir[kx][l], p->dir[ky][l], tri->v0[kx], tri->v0[ky], tri->v0[kz],   tri->v1[kx],
-                                  tri->v1[ky],   tri->v1[kz],   tri->v2[kx],   tri->v2[ky], tri->v2[kz]};
-            for (rtk_u32 k = 0u; k < 19u; k++)
-                x[k][i] = of[k];
-        }
+    float x[19][RTI_SIMD];
+    vec r[19];
+    tri_hit hit;
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
+        const rtk_u32 l = a->left_lane[which[rtk_umin(i, n - 1u)]], place = a->left_place[which[rtk_umin(i, n - 1u)]];
+        const rtk_u32 kz = p->axis[l] & 3u, kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u, j = place % 4u;
+        const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
+        const float of[19] = {p->org[kx][l], p->org[ky][l], p->org[kz][l], a->sx[l],     a->sy[l],     p->dir[kz][l], p->tmin[l],
+                              p->tmax[l],    p->dir[kx][l], p->dir[ky][l], b->v0[kx][j], b->v0[ky][j], b->v0[kz][j],  b->v1[kx][j],
+                              b->v1[ky][j],  b->v1[kz][j],  b->v2[kx][j],  b->v2[ky][j], b->v2[kz][j]};
         for (rtk_u32 k = 0u; k < 19u; k++)
-            r[k] = V(load)(x[k]);
-        const tri_ray ray = {r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], V(set)(0.0f), V(set)(a->part->scale)};
-        hit.hit = 0u;
-        hit.t = hit.u = hit.v = V(set)(0.0f);
-        tri_exact(&ray, &r[8], &r[9], r + 10, r + 13, r + 16, (2u << (n - 1u)) - 1u, &hit);
-        V(store)(x[0], hit.t);
-        V(store)(x[1], hit.u);
-        V(store)(x[2], hit.v);
-        for (rtk_u32 i = 0u; i < n; i++) {
-            const rtk_u32 l = a->aside_lane[at + i], ref = a->aside_ref[at + i];
-            if (!(hit.hit >> i & 1u)) { /* its ray starts or ends on an edge */
-                lone_exact(p, a->part, l, ref);
-                continue;
-            }
+            x[k][i] = of[k];
+    }
+    for (rtk_u32 k = 0u; k < 19u; k++)
+        r[k] = V(load)(x[k]);
+    const tri_ray ray = {r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], V(set)(0.0f), V(set)(a->part->scale)};
+    hit.hit = 0u;
+    hit.t = hit.u = hit.v = V(set)(0.0f);
+    tri_exact(&ray, &r[8], &r[9], r + 10, r + 13, r + 16, (2u << (n - 1u)) - 1u, &hit);
+    V(store)(x[0], hit.t);
+    V(store)(x[1], hit.u);
+    V(store)(x[2], hit.v);
+    for (rtk_u32 i = 0u; i < n; i++) {
+        const rtk_u32 l = a->left_lane[which[i]];
+        if (hit.hit >> i & 1u) {
             p->t[l] = x[0][i];
             p->u[l] = x[1][i];
             p->v[l] = x[2][i];
-            lone_know(p, l, ref);
+        } else { /* the ray starts or ends on an edge */
+            lone_exact(p, a->part, l, a->tree.refs[a->left_place[which[i]]]);
         }
     }
+}
+
+/* What waited for the end. */
+RTI_VEC void lone_end(const lone_all *a)
+{
+    rtk_u32 ref[PACKET];
+    for (rtk_u32 i = 0u; i < a->left; i++) {
+        ref[i] = a->tree.refs[a->left_place[i]];
+        __builtin_prefetch(&a->p->scene->groups->tris[ref[i]].geom);
+    }
+    for (rtk_u32 at = 0u; at < a->asides; at += RTI_SIMD)
+        lone_decide(a, a->aside + at, rtk_umin(a->asides - at, RTI_SIMD));
+    for (rtk_u32 i = 0u; i < a->left; i++)
+        lone_know(a->p, a->left_lane[i], ref[i]);
 }
 
 #endif

@@ -130,8 +130,8 @@ RTI_VEC void mixed_corner(const mixed *m, const float v[3][4], rtk_u32 j, vec ou
     out[2] = lone_turned(&m->axes, x, y, z);
 }
 
-/* What the leaf test has found of reference `ref`, triangle j of a block. */
-RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit *hit, const rtk_bvhblock *b, rtk_u32 j, rtk_u32 ref)
+/* What the leaf test has found of the triangle at a place. */
+RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit *hit, rtk_u32 place)
 {
     packet *p = a->p;
     rtk_u32 ask = 0u;
@@ -146,18 +146,18 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
         V(store)(p->u + m->from, V(select)(VM(of)(take), hit->u, V(load)(p->u + m->from)));
         V(store)(p->v + m->from, V(select)(VM(of)(take), hit->v, V(load)(p->v + m->from)));
         for (rtk_u32 l = take; l != 0u; l &= l - 1u)
-            m->late[__builtin_ctz(l)] = ref;
+            m->late[__builtin_ctz(l)] = place;
         if (take)
-            __builtin_prefetch(&p->scene->groups->tris[ref]);
+            __builtin_prefetch(&a->tree.refs[place]);
     }
     for (rtk_u32 l = ask | hit->doubt; l != 0u; l &= l - 1u) {
         const rtk_u32 i = (rtk_u32)__builtin_ctz(l);
         lone w;
         mixed_get(m, i, &w);
         if (ask >> i & 1u)
-            lone_ask(a, &w, mode, ref);
+            lone_ask(a, &w, mode, a->tree.refs[place]);
         else
-            lone_doubt(a, &w, mode, b, j, ref);
+            lone_doubt(a, &w, mode, place);
         mixed_put(m, i, &w);
     }
 }
@@ -186,7 +186,7 @@ RTI_VEC void mixed_leaf(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, r
         mixed_corner(m, b->v2, k % 4u, v2);
         if (tri_test(&m->tri, v0, v1, v2, lanes, &hit) == 0u)
             continue;
-        mixed_take(a, m, mode, &hit, b, k % 4u, a->tree.refs[k]);
+        mixed_take(a, m, mode, &hit, k);
         if (mode & RTK_MODE_ANY)
             lanes &= ~packet_bits(a->p->done, m->from);
     }

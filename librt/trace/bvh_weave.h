@@ -133,7 +133,7 @@ RTI_VEC uint64_t lone_rays(packet *p, rtk_u32 mode, const rtk_part *part, uint64
     a.p = p;
     a.part = part;
     a.tree = part->bvh;
-    a.aside = 0u;
+    a.left = a.asides = 0u;
     for (uint64_t l = p->masked || p->common == 0u ? rays : 0u; l != 0u; l &= l - 1u)
         if (p->mask[__builtin_ctzll(l)] == 0u)
             rays &= ~(l & (0u - l));
@@ -158,7 +158,7 @@ RTI_VEC uint64_t lone_rays(packet *p, rtk_u32 mode, const rtk_part *part, uint64
         lone_walk(&a, &l, mode);
         lone_leave(&a, &l);
     }
-    lone_decide(&a);
+    lone_end(&a);
     return other;
 }
 
