@@ -222,8 +222,6 @@ bool rti_worker_step(rti_worker *worker)
 {
     const rti_frame *f = worker->frame;
     uint32_t waiting = (worker->stack.count + RTK_BLOCK - 1) / RTK_BLOCK * RTK_BLOCK, camera = 0, first, taken;
-    bool one_origin = f->lens.type == RTK_CAMERA_PINHOLE && !f->lens_varies;
-    uint32_t camera_flags = RTI_TRACE_COHERENT | (one_origin ? RTI_TRACE_COMMON_ORIGIN : 0);
     if (rti_cancelled(f->cancel))
         return false;
     if (waiting < f->batch && !worker->hold)
@@ -232,7 +230,7 @@ bool rti_worker_step(rti_worker *worker)
     taken = take_from_stack(worker, first, f->batch - first);
     if (camera + taken == 0)
         return false;
-    trace(worker, 0, camera, camera_flags);
+    trace(worker, 0, camera, RTI_TRACE_COHERENT);
     trace(worker, first, taken, coherent(worker->batch.trace + first / RTK_BLOCK, taken / RTK_BLOCK) ? RTI_TRACE_COHERENT : 0);
     f->set.integrator->shade(worker, 0, camera);
     f->set.integrator->shade(worker, first, taken);

@@ -120,25 +120,6 @@ static inline int rti_one_octant(const rtk_trace_block *b)
     return !(other >> 31);
 }
 
-/* Do all rays start at the same point, bit for bit? */
-static inline int rti_one_origin(const rtk_trace_block *b, size_t count)
-{
-    uint32_t x = rtk_bits(b[0].ox[0]), y = rtk_bits(b[0].oy[0]), z = rtk_bits(b[0].oz[0]);
-    for (size_t k = 0; k < count / RTK_BLOCK; k++) {
-        uint32_t other = 0;
-        for (uint32_t i = 0; i < RTK_BLOCK; i++)
-            other |= (rtk_bits(b[k].ox[i]) ^ x) | (rtk_bits(b[k].oy[i]) ^ y) | (rtk_bits(b[k].oz[i]) ^ z);
-        if (other)
-            return 0;
-    }
-    for (size_t i = count / RTK_BLOCK * RTK_BLOCK; i < count; i++) {
-        const rtk_trace_block *last = &b[i / RTK_BLOCK];
-        if (rtk_bits(last->ox[i % RTK_BLOCK]) != x || rtk_bits(last->oy[i % RTK_BLOCK]) != y || rtk_bits(last->oz[i % RTK_BLOCK]) != z)
-            return 0;
-    }
-    return 1;
-}
-
 /* What rays look like of which nobody has said anything: coherent when in three quarters of the whole blocks, looking at every third, all rays point into one
  * octant. A wrong guess costs time, never a hit; the looking takes about a nanosecond a ray. */
 static inline uint32_t rti_guess(const rtk_trace_block *b, uint32_t count)
@@ -148,9 +129,7 @@ static inline uint32_t rti_guess(const rtk_trace_block *b, uint32_t count)
         alike += rti_one_octant(&b[i]) ? 1u : 0u;
         seen++;
     }
-    if (blocks == 0 || 4 * alike < 3 * seen)
-        return 0;
-    return RTI_TRACE_COHERENT | (rti_one_origin(b, count) ? RTI_TRACE_COMMON_ORIGIN : 0u);
+    return blocks == 0 || 4 * alike < 3 * seen ? 0 : RTI_TRACE_COHERENT;
 }
 
 static inline void rti_scatter(const rtk_hit_block *blocks, uint32_t count, rt_hit *hits)

@@ -19,7 +19,7 @@ _Static_assert(sizeof(rt_ray_block) == sizeof(rtk_trace_block) && SAME(org_x, ox
 _Static_assert(sizeof(rt_hit_block) == sizeof(rtk_hit_block) && SAME(t, t) && SAME(v, v) && SAME(prim_id, prim) &&
                    SAME(geom_id, geom) && SAME(inst_id, inst),
                "and so is a block of hits");
-_Static_assert(RT_RAYS_COHERENT == RTI_TRACE_COHERENT && RT_RAYS_COMMON_ORIGIN == RTI_TRACE_COMMON_ORIGIN, "hints are flags");
+_Static_assert(RT_RAYS_COHERENT == RTI_TRACE_COHERENT, "a hint is a flag");
 
 struct rt_tracer {
     rti_snapshot *snapshot;
@@ -88,13 +88,10 @@ void rt_tracer_get_info(const rt_tracer *tracer, rt_tracer_info *info)
     rti_snapshot_each(tracer->snapshot, count_chunk, &t);
 }
 
-/* Flags for a tracer, which may count on the one origin: a wrong hint must not reach it. */
-static uint32_t flags_of(uint32_t hints, const rtk_trace_block *rays, size_t count)
+/* Flags for a tracer. That all rays start at one point tells today's nothing that a packet does not see. */
+static uint32_t flags_of(uint32_t hints)
 {
-    uint32_t flags = hints & RTI_TRACE_COHERENT;
-    if (hints & RTI_TRACE_COMMON_ORIGIN && count > 0 && rti_one_origin(rays, count))
-        flags |= RTI_TRACE_COMMON_ORIGIN;
-    return flags;
+    return hints & RTI_TRACE_COHERENT;
 }
 
 void rt_tracer_intersect(const rt_tracer *tracer, const rt_ray *rays, rt_hit *hits, size_t count, uint32_t hints)
@@ -106,7 +103,7 @@ void rt_tracer_intersect(const rt_tracer *tracer, const rt_ray *rays, rt_hit *hi
     for (size_t at = 0; at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
         rti_gather(rays + at, n, in);
-        tracer->how->intersect(&tracer->snapshot->view, in, out, n, flags_of(hints, in, n), &scratch);
+        tracer->how->intersect(&tracer->snapshot->view, in, out, n, flags_of(hints), &scratch);
         rti_scatter(out, n, hits + at);
     }
     rti_fp_leave(env);
@@ -121,7 +118,7 @@ void rt_tracer_occluded(const rt_tracer *tracer, const rt_ray *rays, uint8_t *oc
     for (size_t at = 0; at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
         rti_gather(rays + at, n, in);
-        tracer->how->occluded(&tracer->snapshot->view, in, bits, n, flags_of(hints, in, n), &scratch);
+        tracer->how->occluded(&tracer->snapshot->view, in, bits, n, flags_of(hints), &scratch);
         for (uint32_t i = 0; i < n; i++)
             occluded[at + i] = (uint8_t)((bits[i / RTK_BLOCK] >> (i % RTK_BLOCK)) & 1u);
     }
@@ -138,7 +135,7 @@ void rt_tracer_intersect_blocks(const rt_tracer *tracer, const rt_ray_block *ray
     rtk_hit_block *out = (rtk_hit_block *)(void *)hits;
     rti_fpenv env = rti_fp_enter();
     rti_scratch scratch = {.steps = NULL};
-    hints = flags_of(hints, in, count);
+    hints = flags_of(hints);
     for (size_t at = 0; at < count; at += PIECE) {
         uint32_t n = count - at < PIECE ? (uint32_t)(count - at) : PIECE;
         tracer->how->intersect(&tracer->snapshot->view, in + at / RTK_BLOCK, out + at / RTK_BLOCK, n, hints, &scratch);
@@ -152,7 +149,7 @@ void rt_tracer_occluded_blocks(const rt_tracer *tracer, const rt_ray_block *rays
     const rtk_trace_block *in = (const rtk_trace_block *)(const void *)rays;
     rti_fpenv env = rti_fp_enter();
     rti_scratch scratch = {.steps = NULL};
-    hints = flags_of(hints, in, count);
+    hints = flags_of(hints);
     for (size_t at = 0; at < count; at += PIECE) {
         uint32_t n = count - at < PIECE ? (uint32_t)(count - at) : PIECE;
         tracer->how->occluded(&tracer->snapshot->view, in + at / RTK_BLOCK, occluded + at / RTK_BLOCK, n, hints, &scratch);

@@ -242,6 +242,17 @@ RTI_VEC void packet_answer(packet *p, rtk_u32 i, const rtk_query *q)
     p->geom[i] = rtk_float(q->best.geom);
 }
 
+/* The best hits of n lanes from `at` on. */
+RTI_VEC void packet_hits(const packet *p, rtk_u32 at, rtk_hit_block *out, rtk_u32 n)
+{
+    memcpy(out->t, p->t + at, n * sizeof(float));
+    memcpy(out->u, p->u + at, n * sizeof(float));
+    memcpy(out->v, p->v + at, n * sizeof(float));
+    memcpy(out->prim, p->prim + at, n * sizeof(float));
+    memcpy(out->geom, p->geom + at, n * sizeof(float));
+    memset(out->inst, 0xff, n * sizeof *out->inst); /* RTK_INVALID */
+}
+
 /* A primitive for one ray, by the leaf test itself: what vectors leave open, shapes, cut-outs, rays of several masks. */
 static void packet_ask(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 i, rtk_u32 ref)
 {
@@ -279,7 +290,9 @@ RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, cons
         if (!(geom->mask & p->common))
             return;
         take = hit.hit;
-        ask = packet_settle(r, best, mode, hit.doubt, c0, c1, c2, &take);
+        ask = hit.doubt;
+        if ((mode & RTK_MODE_ANY) || __builtin_popcount(ask) < TRI_EXACT_AT_ONCE)
+            ask = packet_settle(r, best, mode, ask, c0, c1, c2, &take);
         if (__builtin_popcount(ask) >= TRI_EXACT_LEAST) {
             const vec dx = V(load)(p->dir[x] + at), dy = V(load)(p->dir[y] + at);
             ask = tri_exact(r, &dx, &dy, v0, v1, v2, ask, &hit);

@@ -85,14 +85,10 @@ RTI_VEC void RTK_NAME(batch)(const rtk_scene *scene, const rtk_trace_block *rays
             rtk_u32 b = (first + at) / RTK_BLOCK, lanes = n - at < RTK_BLOCK ? n - at : RTK_BLOCK;
             if (RTK_MODE & RTK_MODE_ANY) {
                 occluded[b] = (uint16_t)(p.done >> at & ((1u << lanes) - 1u));
+            } else if (plain && lanes == RTK_BLOCK) {
+                packet_hits(&p, at, &hits[b], RTK_BLOCK); /* a number, so no call */
             } else if (plain) {
-                memcpy(hits[b].t, p.t + at, lanes * sizeof(float));
-                memcpy(hits[b].u, p.u + at, lanes * sizeof(float));
-                memcpy(hits[b].v, p.v + at, lanes * sizeof(float));
-                memcpy(hits[b].prim, p.prim + at, lanes * sizeof(float));
-                memcpy(hits[b].geom, p.geom + at, lanes * sizeof(float));
-                for (rtk_u32 i = 0u; i < lanes; i++)
-                    hits[b].inst[i] = RTK_INVALID;
+                packet_hits(&p, at, &hits[b], lanes);
             }
         }
     }

@@ -149,7 +149,8 @@ RTI_VEC uint32_t kd_packet_tri(const kd_packet *p, rtk_u32 mode, const rtk_tri *
     vec c[3] = {V(set)(v2[0]), V(set)(v2[1]), V(set)(v2[2])};
     if (tri_test(&p->tri, a, b, c, lanes, hit) == 0)
         return 0;
-    hit->doubt = packet_settle(&p->tri, p->t, mode, hit->doubt, v0, v1, v2, take ? &hit->hit : NULL);
+    if ((mode & RTK_MODE_ANY) || __builtin_popcount(hit->doubt) < TRI_EXACT_AT_ONCE)
+        hit->doubt = packet_settle(&p->tri, p->t, mode, hit->doubt, v0, v1, v2, take ? &hit->hit : NULL);
     if (__builtin_popcount(hit->doubt) >= TRI_EXACT_LEAST)
         hit->doubt = tri_exact(&p->tri, &p->r.dir[p->kx], &p->r.dir[p->ky], a, b, c, hit->doubt, hit);
     return hit->hit | hit->doubt;

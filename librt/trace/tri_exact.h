@@ -7,7 +7,8 @@
 #ifndef RTI_TRI_EXACT_H
 #define RTI_TRI_EXACT_H
 
-#define TRI_EXACT_LEAST 3 /* lanes in doubt; fewer are asked one by one */
+#define TRI_EXACT_LEAST   3 /* lanes in doubt; fewer are asked one by one */
+#define TRI_EXACT_AT_ONCE 6 /* of a closest hit so many are not settled one by one first */
 
 typedef struct wide_ff {
     vec hi, lo;
