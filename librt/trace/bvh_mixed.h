@@ -131,12 +131,18 @@ RTI_VEC void mixed_corner(const mixed *m, const float v[3][4], rtk_u32 j, vec ou
 }
 
 /* What the leaf test has found of the triangle at a place. */
-RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit *hit, rtk_u32 place)
+RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit *hit, const vec v0[3], const vec v1[3],
+                        const vec v2[3], rtk_u32 place)
 {
     packet *p = a->p;
-    rtk_u32 ask = 0u;
+    rtk_u32 ask = 0u, doubt = hit->doubt;
     if (mode & RTK_MODE_ANY) {
-        p->done |= (uint64_t)hit->hit << m->from;
+        rtk_u32 sure = 0u;
+        if (__builtin_popcount(doubt) >= SETTLE_MANY) {
+            ask = packet_settle_many(&m->tri, &m->tri.tmax, v0, v1, v2, doubt, &sure);
+            doubt = 0u;
+        }
+        p->done |= (uint64_t)(hit->hit | sure) << m->from;
     } else {
         const vec best = V(load)(p->t + m->from), low = V(load)(m->low);
         const rtk_u32 take = hit->hit & VM(bits)(V(lt)(hit->t, low));
@@ -150,7 +156,7 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
         if (take)
             __builtin_prefetch(&a->tree.refs[place]);
     }
-    for (rtk_u32 l = ask | hit->doubt; l != 0u; l &= l - 1u) {
+    for (rtk_u32 l = ask | doubt; l != 0u; l &= l - 1u) {
         const rtk_u32 i = (rtk_u32)__builtin_ctz(l);
         lone w;
         mixed_get(m, i, &w);
@@ -186,7 +192,7 @@ RTI_VEC void mixed_leaf(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, r
         mixed_corner(m, b->v2, k % 4u, v2);
         if (tri_test(&m->tri, v0, v1, v2, lanes, &hit) == 0u)
             continue;
-        mixed_take(a, m, mode, &hit, k);
+        mixed_take(a, m, mode, &hit, v0, v1, v2, k);
         if (mode & RTK_MODE_ANY)
             lanes &= ~packet_bits(a->p->done, m->from);
     }

@@ -105,6 +105,56 @@ RTI_VEC rtk_u32 packet_rays_enter(const vec org[3], const vec inv[3], vec tmin, 
     return meet;
 }
 
+/* rti_tri_settle for many rays and triangles: what it says in doubles of each lane, in vectors of doubles as wide as compilers make
+ * them. end: tmax or less. Returns the lanes that are to be asked; sure: hits for certain. */
+#define SETTLE_N (RTI_SIMD >= 16 ? 8 : 4)
+typedef double settle_vec __attribute__((vector_size(SETTLE_N * sizeof(double))));
+typedef int64_t settle_mask __attribute__((vector_size(SETTLE_N * sizeof(double))));
+typedef float settle_half __attribute__((vector_size(SETTLE_N * sizeof(float))));
+
+#define SETTLE_ABS(a) ((settle_vec)((settle_mask)(a)&INT64_MAX)) /* no function: such vectors are no arguments everywhere */
+
+__attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ray *r, const vec *end, const vec v0[3], const vec v1[3],
+                                                                    const vec v2[3], rtk_u32 lanes, rtk_u32 *sure)
+{
+    enum { AX, AY, AZ, BX, BY, BZ, CX, CY, CZ, MX, MY, KDZ, TSHIFT, SCALE, TMIN, TMAX, COUNT };
+    const vec az = v0[2] - r->oz, bz = v1[2] - r->oz, cz = v2[2] - r->oz;
+    const vec ax = (v0[0] - r->ox) - r->sx * az, ay = (v0[1] - r->oy) - r->sy * az;
+    const vec bx = (v1[0] - r->ox) - r->sx * bz, by = (v1[1] - r->oy) - r->sy * bz;
+    const vec cx = (v2[0] - r->ox) - r->sx * cz, cy = (v2[1] - r->oy) - r->sy * cz;
+    const vec mx = V(max)(V(max)(V(abs)(ax), V(abs)(bx)), V(abs)(cx)), my = V(max)(V(max)(V(abs)(ay), V(abs)(by)), V(abs)(cy));
+    const vec in[COUNT] = {ax, ay, az, bx, by, bz, cx, cy, cz, mx, my, r->kdz, r->tshift, r->scale, r->tmin, *end};
+    float from[COUNT][RTI_SIMD], says[RTI_SIMD];
+    for (rtk_u32 k = 0u; k < COUNT; k++)
+        V(store)(from[k], in[k]);
+    for (rtk_u32 at = 0u; at < RTI_SIMD; at += SETTLE_N) {
+        const settle_vec one = {0.0};
+        settle_vec x[COUNT];
+        settle_half half;
+        for (rtk_u32 k = 0u; k < COUNT; k++) {
+            memcpy(&half, from[k] + at, sizeof half);
+            x[k] = __builtin_convertvector(half, settle_vec);
+        }
+        const settle_vec u = x[CX] * x[BY] - x[CY] * x[BX], v = x[AX] * x[CY] - x[AY] * x[CX], w = x[BX] * x[AY] - x[BY] * x[AX];
+        const settle_vec det = u + v + w, size = SETTLE_ABS(det);
+        const settle_vec near = (x[AZ] + (v * (x[BZ] - x[AZ]) + w * (x[CZ] - x[AZ])) / det) / x[KDZ];
+        const settle_vec off = 2.4e-6 * x[SCALE] / SETTLE_ABS(x[KDZ]) + 1e-6 * (SETTLE_ABS(near) + SETTLE_ABS(x[TSHIFT]));
+        const settle_vec t = near + x[TSHIFT];
+        const settle_mask out = ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0));
+        const settle_mask good = ~out & (size > 6.2e-5 * (x[MX] * x[MY])) & (size < 1e38);
+        const settle_mask none = out | (good & ((t + off < x[TMIN]) | (t - off > x[TMAX])));
+        const settle_mask some = good & ~none & (t - off > x[TMIN]) & (t + off < x[TMAX]);
+        const settle_vec word = (settle_vec)(((settle_mask)(one + 1.0) & some) | ((settle_mask)(one - 1.0) & none));
+        half = __builtin_convertvector(word, settle_half);
+        memcpy(says + at, &half, sizeof half);
+    }
+    const vec zero = V(set)(0.0f), word = V(load)(says);
+    *sure = lanes & VM(bits)(V(lt)(zero, word));
+    return lanes & VM(bits)(V(eq)(word, zero));
+}
+
+#define SETTLE_MANY 4 /* doubted lanes that are settled together */
+
 /* Of a triangle's doubted lanes, those that rti_tri_settle leaves to be asked. best: where each lane's best hit is, behind which
  * a closest hit is none. Any hit: sure ones are added to `take` (NULL: none may be). v0, v1, v2: the corners in the rays' order
  * of axes. */
@@ -112,6 +162,17 @@ RTI_VEC rtk_u32 packet_settle(const tri_ray *rays, vec best, rtk_u32 mode, rtk_u
                               const float v2[3], rtk_u32 *take)
 {
     rtk_u32 ask = 0u;
+    if (__builtin_popcount(doubt) >= SETTLE_MANY) {
+        const vec end = mode & RTK_MODE_ANY ? rays->tmax : best;
+        const vec c0[3] = {V(set)(v0[0]), V(set)(v0[1]), V(set)(v0[2])}, c1[3] = {V(set)(v1[0]), V(set)(v1[1]), V(set)(v1[2])};
+        const vec c2[3] = {V(set)(v2[0]), V(set)(v2[1]), V(set)(v2[2])};
+        rtk_u32 sure;
+        ask = packet_settle_many(rays, &end, c0, c1, c2, doubt, &sure);
+        if (!take || !(mode & RTK_MODE_ANY))
+            return ask | sure;
+        *take |= sure;
+        return ask;
+    }
     for (; doubt != 0u; doubt &= doubt - 1u) {
         const rtk_u32 i = (rtk_u32)__builtin_ctz(doubt);
         const rti_tri_pair r = {

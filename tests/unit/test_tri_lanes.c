@@ -139,11 +139,12 @@ static void level(const char *isa, uint32_t width, probe_fn probe)
 
 /* Of pairs that the fast test doubts, only those whose ray is on an edge are left to be asked. Every other batch is of one
  * triangle, as packets of rays have it. */
-static void exact(const char *isa, uint32_t width,
-                  uint32_t (*probe)(const rtk_pray *rays, const rtk_tri *tris, probe_answer *out))
+typedef uint32_t probe_pairs(const rtk_pray *rays, const rtk_tri *tris, probe_answer *out);
+
+static void exact(const char *isa, uint32_t width, probe_pairs *probe, probe_pairs *settle)
 {
     const char *asked = getenv("LIBRT_PAIRS");
-    uint64_t pairs = asked ? strtoull(asked, NULL, 10) : 1000000u, doubted = 0;
+    uint64_t pairs = asked ? strtoull(asked, NULL, 10) : 1000000u, doubted = 0, settled[3] = {0};
     rng g = {7 + width};
     tally sum = {0, 0};
     rtk_pray rays[16];
@@ -165,7 +166,12 @@ static void exact(const char *isa, uint32_t width,
             continue;
         doubted += probe(rays, tris, got);
         compare(rays, tris, got, width, &sum, isa);
+        if (settle(rays, tris, got) != 0)
+            fail_msg("%s: pairs are settled one way in doubles and another way in vectors of doubles", isa);
+        for (i = 0; i < width; i++)
+            settled[got[i].hit ? 2 : got[i].doubt]++;
     }
+    assert_true(settled[0] * 20 > pairs && settled[1] * 1000 > pairs && settled[2] * 20 > pairs);
     assert_true(sum.hits * 20 > pairs);
     assert_true(doubted * 20 > pairs);
     assert_true(sum.doubts * 10 < doubted * 6); /* half of these rays aim at corners and edges */
@@ -231,7 +237,7 @@ static void test_packets(void **state)
     (void)state;
 #define LEVEL(name, isa)                                                                                                         \
     if (rti_isa_runs(isa)) {                                                                                                     \
-        exact(#name, probe_width_##name(16), probe_exact_##name);                                                                \
+        exact(#name, probe_width_##name(16), probe_exact_##name, probe_settle_##name);                                           \
         part(#name, probe_width_##name(16), probe_part_##name);                                                                  \
     }
     RTI_ISA_EACH(LEVEL)

@@ -67,12 +67,11 @@ void RTI_ISA_FN(probe_triangles)(uint32_t width, const rtk_pray *rays, const rtk
         RTI_ISA_FN(probe4)(rays, tris, out);
 }
 
-uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tris, probe_answer *out)
+/* RTI_SIMD rays and triangles in vectors: in[9], in[10] are the directions, from in[12] on the corners, in the rays' orders of
+ * axes. */
+static tri_ray load_pairs(const rtk_pray *rays, const rtk_tri *tris, vec in[21])
 {
-    vec in[21];
     float p[21][RTI_SIMD];
-    tri_hit hit;
-    rtk_u32 first, doubt = 0u;
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
         const rtk_pray *r = &rays[i];
         const rtk_tri *t = &tris[i];
@@ -99,7 +98,16 @@ uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tris, prob
     }
     for (rtk_u32 j = 0u; j < 21u; j++)
         in[j] = V(load)(p[j]);
-    const tri_ray r = {in[0], in[1], in[2], in[3], in[4], in[5], in[6], in[7], in[11], in[8]};
+    return (tri_ray){in[0], in[1], in[2], in[3], in[4], in[5], in[6], in[7], in[11], in[8]};
+}
+
+uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tris, probe_answer *out)
+{
+    vec in[21];
+    float p[3][RTI_SIMD];
+    tri_hit hit;
+    const tri_ray r = load_pairs(rays, tris, in);
+    rtk_u32 first, doubt = 0u;
     first = tri_test(&r, in + 12, in + 15, in + 18, LANES_ALL, &hit);
     if (first != 0u) {
         first = hit.doubt;
@@ -113,6 +121,23 @@ uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tris, prob
     }
     memset(out, 0, RTI_SIMD * sizeof *out);
     return 0;
+}
+
+uint32_t RTI_ISA_FN(probe_settle)(const rtk_pray *rays, const rtk_tri *tris, probe_answer *out)
+{
+    vec in[21];
+    const tri_ray r = load_pairs(rays, tris, in);
+    rtk_u32 sure = 0u, ask = packet_settle_many(&r, &r.tmax, in + 12, in + 15, in + 18, LANES_ALL, &sure), differ = 0u;
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
+        const rti_tri_pair pair = {r.ox[i],  r.oy[i],     r.oz[i],    r.sx[i],   r.sy[i],
+                                   r.kdz[i], r.tshift[i], r.scale[i], r.tmin[i], r.tmax[i]};
+        const float c0[3] = {in[12][i], in[13][i], in[14][i]}, c1[3] = {in[15][i], in[16][i], in[17][i]};
+        const float c2[3] = {in[18][i], in[19][i], in[20][i]};
+        const int one = rti_tri_settle(&pair, c0, c1, c2, NULL), many = (int)(sure >> i & 1u) - !((sure | ask) >> i & 1u);
+        out[i] = (probe_answer){many > 0, many == 0, (float)one, 0, 0};
+        differ += one != many;
+    }
+    return differ;
 }
 
 uint32_t RTI_ISA_FN(probe_part)(const rtk_ray *rays, const rtk_part *part)
