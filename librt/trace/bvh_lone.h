@@ -44,13 +44,6 @@ RTI_VEC int lone_fits(const rtk_group *g, const rtk_part *part)
     return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && part->bvh.block_count != 0u;
 }
 
-RTI_VEC void lone_know(packet *p, rtk_u32 lane, rtk_u32 ref)
-{
-    const rtk_tri *tri = &p->scene->groups->tris[ref];
-    p->prim[lane] = rtk_float(tri->prim);
-    p->geom[lane] = rtk_float(tri->geom);
-}
-
 /* A certain hit that nothing is in front of, by the leaf test itself. */
 static void lone_exact(packet *p, const rtk_part *part, rtk_u32 lane, rtk_u32 ref)
 {
@@ -67,7 +60,7 @@ RTI_VEC void lone_settle(const lone_all *a, lone *w)
     if (w->low < a->p->t[w->lane])
         lone_exact(a->p, a->part, w->lane, a->tree.refs[w->late]);
     else
-        lone_know(a->p, w->lane, a->tree.refs[w->late]);
+        packet_is(a->p, w->lane, a->tree.refs[w->late]);
     w->late = RTK_INVALID;
     w->low = a->p->t[w->lane];
 }
@@ -404,7 +397,7 @@ RTI_VEC void lone_end(const lone_all *a)
     for (rtk_u32 at = 0u; at < a->asides; at += RTI_SIMD)
         lone_decide(a, a->aside + at, rtk_umin(a->asides - at, RTI_SIMD));
     for (rtk_u32 i = 0u; i < a->left; i++)
-        lone_know(a->p, a->left_lane[i], ref[i]);
+        packet_is(a->p, a->left_lane[i], ref[i]);
 }
 
 #endif

@@ -3,8 +3,8 @@
  * Up to PACKET rays that point into one octant, with one dominant axis, go as a packet. Inner nodes are asked once for all of
  * them, by intervals: over the rays, org lies in [lo, hi] and inv in [lo, hi], and because float subtraction and multiplication
  * are monotone, the smallest of the rays' (plane - org) * inv is no less than the one taken from the intervals' ends. So what
- * this leaves out every ray would leave out, with no margin. At a leaf the rays are asked one by one, RTI_SIMD at a time, first
- * its box and then each triangle. (Boulos, Wald, Benthin 2008; Overbeck, Ramamoorthi, Mark 2008. What differs: no ray is looked
+ * this leaves out every ray would leave out, with no margin. Of a leaf's triangles those are left out whose boxes miss the
+ * intervals; then the rays are asked one by one, RTI_SIMD at a time, first the leaf's box and then each triangle. (Boulos, Wald, Benthin 2008; Overbeck, Ramamoorthi, Mark 2008. What differs: no ray is looked
  * at above the leaves.) A packet that opens too many nodes for its rays has come apart: they go on as single rays.
  */
 #ifndef RTI_BVH_PACKET_H
@@ -28,6 +28,10 @@ typedef struct packet {
     uint64_t done;          /* any hit: nothing is asked any more */
     rtk_u32 axis[PACKET];   /* order of axes and octant */
     rtk_u32 common, masked; /* the rays' mask; != 0: they have several */
+    /* Where each hit counts (plain), whose the best hit is, is asked when the walk ends: a triangle's reference and record are
+     * seldom in the nearer caches. late: of each lane, as bits, the place in refs, or RTK_INVALID: prim and geom tell. */
+    rtk_u32 plain;
+    _Alignas(64) float late[PACKET];
     /* Of the rays that walk. */
     uint64_t rays;
     float near_org[3], far_org[3], inv_lo[3], inv_hi[3], from, reach;
@@ -181,40 +185,9 @@ RTI_VEC void packet_begin(packet *p, uint64_t rays)
         p->near[i] = (2u * i + back) * RTK_BVH_WIDTH;
     }
     p->from = packet_low(from);
+    p->plain = (p->scene->groups->flags & RTK_GROUP_PLAIN) && !p->masked && p->common != 0u;
+    memset(p->late, 0xff, sizeof p->late);
     packet_reach(p);
-}
-
-/* The slots of a node that some ray may enter, with a bound of where. */
-RTI_VEC rtk_u32 packet_open(const packet *p, const rtk_bvhnode *n, float t[RTK_BVH_WIDTH])
-{
-    const float *box = &n->box[0][0][0];
-    rtk_u32 bits = 0u;
-    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i += NODE_N) {
-        bvh_vec t0 = NODE(set)(p->from), t1 = NODE(set)(p->reach), zero = NODE(set)(0.0f);
-        for (rtk_u32 k = 0u; k < 3u; k++) {
-            bvh_vec lo = NODE(set)(p->inv_lo[k]), hi = NODE(set)(p->inv_hi[k]);
-            bvh_vec a = NODE(load)(box + p->near[k] + i) - NODE(set)(p->near_org[k]);
-            bvh_vec b = NODE(load)(box + (p->near[k] ^ RTK_BVH_WIDTH) + i) - NODE(set)(p->far_org[k]);
-            t0 = NODE(max)(a * NODE(select)(NODE(lt)(a, zero), hi, lo), t0);
-            t1 = NODE(min)(b * NODE(select)(NODE(lt)(b, zero), lo, hi), t1);
-        }
-        NODE(store)(t + i, t0);
-        bits |= node_bits(NODE(le)(t0, t1)) << i;
-    }
-    return bits;
-}
-
-/* The lanes at `at` that enter a slot's box. */
-RTI_VEC rtk_u32 packet_enter(const packet *p, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at, rtk_u32 lanes)
-{
-    const float *box = &n->box[0][0][slot];
-    vec t0 = V(load)(p->t0 + at), t1 = V(min)(V(load)(p->t1 + at), V(load)(p->t + at));
-    for (rtk_u32 k = 0u; k < 3u; k++) {
-        vec o = V(load)(p->org[k] + at), inv = V(load)(p->inv[k] + at);
-        t0 = V(max)((V(set)(box[p->near[k]]) - o) * inv, t0);
-        t1 = V(min)((V(set)(box[p->near[k] ^ RTK_BVH_WIDTH]) - o) * inv, t1);
-    }
-    return lanes & VM(bits)(V(le)(t0, t1));
 }
 
 /* Has the scene nothing but triangles of its own? */
@@ -266,141 +239,12 @@ static void packet_ask(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 i,
     packet_answer(p, i, &q);
 }
 
-/* One triangle for the lanes at `at`. */
-RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, const tri_ray *r, rtk_u32 at, rtk_u32 lanes,
-                             rtk_u32 ref, const rtk_bvhblock *b, rtk_u32 j)
+/* A ray's best hit is of this triangle. */
+RTI_VEC void packet_is(packet *p, rtk_u32 i, rtk_u32 ref)
 {
-    const rtk_u32 x = p->kx, y = p->ky, z = p->kz;
-    const float c0[3] = {b->v0[x][j], b->v0[y][j], b->v0[z][j]}, c1[3] = {b->v1[x][j], b->v1[y][j], b->v1[z][j]};
-    const float c2[3] = {b->v2[x][j], b->v2[y][j], b->v2[z][j]};
-    vec v0[3] = {V(set)(c0[0]), V(set)(c0[1]), V(set)(c0[2])}, v1[3] = {V(set)(c1[0]), V(set)(c1[1]), V(set)(c1[2])};
-    vec v2[3] = {V(set)(c2[0]), V(set)(c2[1]), V(set)(c2[2])};
-    tri_hit hit;
-    rtk_u32 bits = tri_test(r, v0, v1, v2, lanes, &hit), ask, take;
-    if (bits == 0u)
-        return;
-    const rtk_group *g = p->scene->groups;
-    const rtk_tri *tri = &g->tris[ref];
-    const rtk_geom *geom = &g->geoms[tri->geom];
-    if (p->masked || (geom->flags & RTK_GEOM_ALPHA)) {
-        ask = hit.hit | packet_settle(r, V(load)(p->t + at), mode, hit.doubt, c0, c1, c2, NULL);
-        take = 0u;
-    } else {
-        vec best = V(load)(p->t + at);
-        if (!(geom->mask & p->common))
-            return;
-        take = hit.hit;
-        ask = hit.doubt;
-        if ((mode & RTK_MODE_ANY) || __builtin_popcount(ask) < TRI_EXACT_AT_ONCE)
-            ask = packet_settle(r, best, mode, ask, c0, c1, c2, &take);
-        if (__builtin_popcount(ask) >= TRI_EXACT_LEAST) {
-            const vec dx = V(load)(p->dir[x] + at), dy = V(load)(p->dir[y] + at);
-            ask = tri_exact(r, &dx, &dy, v0, v1, v2, ask, &hit);
-            take |= hit.hit;
-        }
-        if (!(mode & RTK_MODE_ANY)) {
-            ask |= take & VM(bits)(V(eq)(hit.t, best));
-            take &= VM(bits)(V(lt)(hit.t, best));
-        }
-    }
-    if (take && (mode & RTK_MODE_ANY)) {
-        p->done |= (uint64_t)take << at;
-    } else if (take) {
-        V(store)(p->t + at, V(select)(VM(of)(take), hit.t, V(load)(p->t + at)));
-        V(store)(p->u + at, V(select)(VM(of)(take), hit.u, V(load)(p->u + at)));
-        V(store)(p->v + at, V(select)(VM(of)(take), hit.v, V(load)(p->v + at)));
-        V(store)(p->prim + at, V(select)(VM(of)(take), V(set)(rtk_float(tri->prim)), V(load)(p->prim + at)));
-        V(store)(p->geom + at, V(select)(VM(of)(take), V(set)(rtk_float(tri->geom)), V(load)(p->geom + at)));
-    }
-    for (; ask != 0u; ask &= ask - 1u)
-        packet_ask(p, mode, part, at + (rtk_u32)__builtin_ctz(ask), ref);
-}
-
-/* From `at` on, the first lanes of which one enters a slot's box; PACKET: none does. */
-RTI_VEC rtk_u32 packet_first(const packet *p, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
-{
-    for (; at < PACKET; at += RTI_SIMD) {
-        rtk_u32 lanes = packet_bits(p->rays, at);
-        if (lanes != 0u && packet_enter(p, n, slot, at, lanes) != 0u)
-            break;
-    }
-    return at;
-}
-
-/* A leaf for all rays from lane `at` on that enter its box. */
-RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
-{
-    const rtk_tree *tree = &part->bvh;
-    rtk_u32 from = n->child[slot], count = n->count[slot];
-    for (; at < PACKET; at += RTI_SIMD) {
-        rtk_u32 lanes = packet_bits(p->rays, at);
-        if (lanes == 0u || (lanes = packet_enter(p, n, slot, at, lanes)) == 0u)
-            continue;
-        if (from >= 4u * tree->block_count) {
-            for (rtk_u32 k = 0u; k < count; k++)
-                for (rtk_u32 l = lanes; l != 0u; l &= l - 1u)
-                    packet_ask(p, mode, part, at + (rtk_u32)__builtin_ctz(l), tree->refs[from + k]);
-            continue;
-        }
-        tri_ray r = {V(load)(p->org[p->kx] + at), V(load)(p->org[p->ky] + at), V(load)(p->org[p->kz] + at),
-                     V(load)(p->sx + at),         V(load)(p->sy + at),         V(load)(p->dir[p->kz] + at),
-                     V(load)(p->tmin + at),       V(load)(p->tmax + at),       V(set)(0.0f),
-                     V(set)(part->scale)};
-        for (rtk_u32 k = from; k < from + count; k++)
-            packet_triangle(p, mode, part, &r, at, lanes, tree->refs[k], &tree->blocks[k / 4u], k % 4u);
-    }
-}
-
-/* The rays [p->rays] through a part's tree; returns those that it has not finished: the packet came apart. A node is opened when
- * the packet's bounds meet it, which is one test for all rays, and then one of the rays, asked from the first that met its
- * parent. */
-RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
-{
-    struct {
-        float t;
-        rtk_u32 node, slot, lane; /* lane: rays before it miss the node */
-    } stack[RTK_BVH_STACK];
-    const rtk_bvhnode *nodes = part->bvh.bvh;
-    rtk_u32 top = 0u, at = 0u, lane = 0u, budget = PACKET_NODES * (rtk_u32)__builtin_popcountll(p->rays) + 8u;
-    for (;;) {
-        float t[RTK_BVH_WIDTH];
-        rtk_u32 first = top;
-        if (budget-- == 0u)
-            return p->rays;
-        for (rtk_u32 bits = packet_open(p, &nodes[at], t); bits != 0u; bits &= bits - 1u) {
-            rtk_u32 i = (rtk_u32)__builtin_ctz(bits), to = top++;
-            for (; to > first && stack[to - 1u].t < t[i]; to--)
-                stack[to] = stack[to - 1u];
-            stack[to].t = t[i];
-            stack[to].node = at;
-            stack[to].slot = i;
-            stack[to].lane = lane;
-        }
-        for (;;) {
-            if (top == 0u)
-                return 0u;
-            top--;
-            if (stack[top].t > p->reach)
-                continue;
-            const rtk_bvhnode *n = &nodes[stack[top].node];
-            rtk_u32 slot = stack[top].slot;
-            lane = packet_first(p, n, slot, stack[top].lane);
-            if (lane == PACKET)
-                continue;
-            if (n->count[slot] == 0u) {
-                at = n->child[slot];
-                break;
-            }
-            packet_leaf(p, mode, part, n, slot, lane);
-            if (mode & RTK_MODE_ANY) {
-                p->rays &= ~p->done;
-                if (p->rays == 0u)
-                    return 0u;
-            } else {
-                packet_reach(p);
-            }
-        }
-    }
+    const rtk_tri *tri = &p->scene->groups->tris[ref];
+    p->prim[i] = rtk_float(tri->prim);
+    p->geom[i] = rtk_float(tri->geom);
 }
 
 #endif

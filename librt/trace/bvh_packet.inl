@@ -39,6 +39,8 @@ static void RTK_NAME(packet_part)(packet *p, const rtk_part *part, uint64_t rays
         if ((rtk_u32)__builtin_popcountll(same) >= PACKET_FEW) {
             packet_begin(p, same);
             same = packet_walk(p, RTK_MODE, part);
+            if (!(RTK_MODE & RTK_MODE_ANY))
+                packet_know(p, part);
         }
         RTK_NAME(lone_rays)(p, part, same);
     }

@@ -1,0 +1,257 @@
+/* The walk of a packet through the eight-wide BVH, for hot files; what it is, bvh_packet.h tells. */
+#ifndef RTI_BVH_PACKET_WALK_H
+#define RTI_BVH_PACKET_WALK_H
+
+#include "bvh_packet.h"
+
+/* The slots of a node that some ray may enter, with a bound of where. */
+RTI_VEC rtk_u32 packet_open(const packet *p, const rtk_bvhnode *n, float t[RTK_BVH_WIDTH])
+{
+    const float *box = &n->box[0][0][0];
+    rtk_u32 bits = 0u;
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i += NODE_N) {
+        bvh_vec t0 = NODE(set)(p->from), t1 = NODE(set)(p->reach), zero = NODE(set)(0.0f);
+        for (rtk_u32 k = 0u; k < 3u; k++) {
+            bvh_vec lo = NODE(set)(p->inv_lo[k]), hi = NODE(set)(p->inv_hi[k]);
+            bvh_vec a = NODE(load)(box + p->near[k] + i) - NODE(set)(p->near_org[k]);
+            bvh_vec b = NODE(load)(box + (p->near[k] ^ RTK_BVH_WIDTH) + i) - NODE(set)(p->far_org[k]);
+            t0 = NODE(max)(a * NODE(select)(NODE(lt)(a, zero), hi, lo), t0);
+            t1 = NODE(min)(b * NODE(select)(NODE(lt)(b, zero), lo, hi), t1);
+        }
+        NODE(store)(t + i, t0);
+        bits |= node_bits(NODE(le)(t0, t1)) << i;
+    }
+    return bits;
+}
+
+/* The lanes at `at` that enter a slot's box. */
+RTI_VEC rtk_u32 packet_enter(const packet *p, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at, rtk_u32 lanes)
+{
+    const float *box = &n->box[0][0][slot];
+    vec t0 = V(load)(p->t0 + at), t1 = V(min)(V(load)(p->t1 + at), V(load)(p->t + at));
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        vec o = V(load)(p->org[k] + at), inv = V(load)(p->inv[k] + at);
+        t0 = V(max)((V(set)(box[p->near[k]]) - o) * inv, t0);
+        t1 = V(min)((V(set)(box[p->near[k] ^ RTK_BVH_WIDTH]) - o) * inv, t1);
+    }
+    return lanes & VM(bits)(V(le)(t0, t1));
+}
+
+/* packet_ask of a lane of a packet that walks. */
+static void packet_ask_late(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 i, rtk_u32 ref)
+{
+    const rtk_u32 late = rtk_bits(p->late[i]);
+    if (late != RTK_INVALID)
+        packet_is(p, i, part->bvh.refs[late]);
+    p->late[i] = rtk_float(RTK_INVALID);
+    packet_ask(p, mode, part, i, ref);
+}
+
+/* Whose the best hits are, when the walk has ended. */
+RTI_VEC void packet_know(packet *p, const rtk_part *part)
+{
+    rtk_u32 lane[PACKET], ref[PACKET], n = 0u;
+    for (rtk_u32 i = 0u; i < PACKET; i++) {
+        const rtk_u32 late = rtk_bits(p->late[i]);
+        if (late == RTK_INVALID)
+            continue;
+        lane[n] = i;
+        ref[n] = part->bvh.refs[late];
+        __builtin_prefetch(&p->scene->groups->tris[ref[n++]].geom);
+    }
+    for (rtk_u32 i = 0u; i < n; i++)
+        packet_is(p, lane[i], ref[i]);
+}
+
+/* The triangle at a place for the lanes at `at`. */
+RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, const tri_ray *r, rtk_u32 at, rtk_u32 lanes,
+                             rtk_u32 place)
+{
+    const rtk_tree *tree = &part->bvh;
+    const rtk_bvhblock *b = &tree->blocks[place / 4u];
+    const rtk_u32 j = place % 4u, x = p->kx, y = p->ky, z = p->kz;
+    const float c0[3] = {b->v0[x][j], b->v0[y][j], b->v0[z][j]}, c1[3] = {b->v1[x][j], b->v1[y][j], b->v1[z][j]};
+    const float c2[3] = {b->v2[x][j], b->v2[y][j], b->v2[z][j]};
+    vec v0[3] = {V(set)(c0[0]), V(set)(c0[1]), V(set)(c0[2])}, v1[3] = {V(set)(c1[0]), V(set)(c1[1]), V(set)(c1[2])};
+    vec v2[3] = {V(set)(c2[0]), V(set)(c2[1]), V(set)(c2[2])};
+    tri_hit hit;
+    rtk_u32 bits = tri_test(r, v0, v1, v2, lanes, &hit), ask, take;
+    if (bits == 0u)
+        return;
+    const rtk_tri *tri = NULL;
+    const rtk_geom *geom = NULL;
+    if (!p->plain) {
+        tri = &p->scene->groups->tris[tree->refs[place]];
+        geom = &p->scene->groups->geoms[tri->geom];
+    }
+    if (geom && (p->masked || (geom->flags & RTK_GEOM_ALPHA))) {
+        ask = hit.hit | packet_settle(r, V(load)(p->t + at), mode, hit.doubt, c0, c1, c2, NULL);
+        take = 0u;
+    } else {
+        vec best = V(load)(p->t + at);
+        if (geom && !(geom->mask & p->common))
+            return;
+        take = hit.hit;
+        ask = hit.doubt;
+        if ((mode & RTK_MODE_ANY) || __builtin_popcount(ask) < TRI_EXACT_AT_ONCE)
+            ask = packet_settle(r, best, mode, ask, c0, c1, c2, &take);
+        if (__builtin_popcount(ask) >= TRI_EXACT_LEAST) {
+            const vec dx = V(load)(p->dir[x] + at), dy = V(load)(p->dir[y] + at);
+            ask = tri_exact(r, &dx, &dy, v0, v1, v2, ask, &hit);
+            take |= hit.hit;
+        }
+        if (!(mode & RTK_MODE_ANY)) {
+            ask |= take & VM(bits)(V(eq)(hit.t, best));
+            take &= VM(bits)(V(lt)(hit.t, best));
+        }
+    }
+    if (take && (mode & RTK_MODE_ANY)) {
+        p->done |= (uint64_t)take << at;
+    } else if (take) {
+        V(store)(p->t + at, V(select)(VM(of)(take), hit.t, V(load)(p->t + at)));
+        V(store)(p->u + at, V(select)(VM(of)(take), hit.u, V(load)(p->u + at)));
+        V(store)(p->v + at, V(select)(VM(of)(take), hit.v, V(load)(p->v + at)));
+        if (!tri) {
+            V(store)(p->late + at, V(select)(VM(of)(take), V(set)(rtk_float(place)), V(load)(p->late + at)));
+        } else {
+            V(store)(p->prim + at, V(select)(VM(of)(take), V(set)(rtk_float(tri->prim)), V(load)(p->prim + at)));
+            V(store)(p->geom + at, V(select)(VM(of)(take), V(set)(rtk_float(tri->geom)), V(load)(p->geom + at)));
+        }
+    }
+    for (; ask != 0u; ask &= ask - 1u)
+        packet_ask_late(p, mode, part, at + (rtk_u32)__builtin_ctz(ask), tree->refs[place]);
+}
+
+/* From `at` on, the first lanes of which one enters a slot's box; PACKET: none does. */
+RTI_VEC rtk_u32 packet_first(const packet *p, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
+{
+    for (; at < PACKET; at += RTI_SIMD) {
+        rtk_u32 lanes = packet_bits(p->rays, at);
+        if (lanes != 0u && packet_enter(p, n, slot, at, lanes) != 0u)
+            break;
+    }
+    return at;
+}
+
+/* Of a block's triangles those whose boxes some ray may enter, told as packet_open tells it of a node's slots. */
+RTI_VEC rtk_u32 packet_near(const packet *p, const rtk_bvhblock *b, float grow)
+{
+    const rti_f4 zero = rti_f4_set(0.0f), more = rti_f4_set(grow);
+    rti_f4 t0 = rti_f4_set(p->from), t1 = rti_f4_set(p->reach);
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const rti_f4 x = rti_f4_load(b->v0[k]), y = rti_f4_load(b->v1[k]), z = rti_f4_load(b->v2[k]);
+        const rti_f4 box[2] = {rti_f4_min(rti_f4_min(x, y), z) - more, rti_f4_max(rti_f4_max(x, y), z) + more};
+        const rti_f4 lo = rti_f4_set(p->inv_lo[k]), hi = rti_f4_set(p->inv_hi[k]);
+        const rtk_u32 back = p->near[k] / RTK_BVH_WIDTH & 1u;
+        const rti_f4 in = box[back] - rti_f4_set(p->near_org[k]), out = box[1u - back] - rti_f4_set(p->far_org[k]);
+        t0 = rti_f4_max(in * rti_f4_select(rti_f4_lt(in, zero), hi, lo), t0);
+        t1 = rti_f4_min(out * rti_f4_select(rti_f4_lt(out, zero), lo, hi), t1);
+    }
+    return rti_m4_bits(rti_f4_le(t0, t1));
+}
+
+/* A leaf without blocks for all rays from lane `at` on that enter its box. */
+RTI_VEC void packet_list(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
+{
+    for (; at < PACKET; at += RTI_SIMD) {
+        rtk_u32 lanes = packet_bits(p->rays, at);
+        lanes = lanes != 0u ? packet_enter(p, n, slot, at, lanes) : 0u;
+        for (rtk_u32 k = 0u; k < n->count[slot]; k++)
+            for (rtk_u32 l = lanes; l != 0u; l &= l - 1u)
+                packet_ask_late(p, mode, part, at + (rtk_u32)__builtin_ctz(l), part->bvh.refs[n->child[slot] + k]);
+    }
+}
+
+/* Places of blocks, a bit each from a block's first on, likewise. */
+RTI_VEC void packet_blocks(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at,
+                           rtk_u32 from, uint64_t places)
+{
+    for (; at < PACKET; at += RTI_SIMD) {
+        rtk_u32 lanes = packet_bits(p->rays, at);
+        if (lanes == 0u || (lanes = packet_enter(p, n, slot, at, lanes)) == 0u)
+            continue;
+        tri_ray r = {V(load)(p->org[p->kx] + at), V(load)(p->org[p->ky] + at), V(load)(p->org[p->kz] + at),
+                     V(load)(p->sx + at),         V(load)(p->sy + at),         V(load)(p->dir[p->kz] + at),
+                     V(load)(p->tmin + at),       V(load)(p->tmax + at),       V(set)(0.0f),
+                     V(set)(part->scale)};
+        for (uint64_t k = places; k != 0u; k &= k - 1u)
+            packet_triangle(p, mode, part, &r, at, lanes, from + (rtk_u32)__builtin_ctzll(k));
+    }
+}
+
+/* A leaf for all rays from lane `at` on that enter its box. */
+RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
+{
+    const rtk_tree *tree = &part->bvh;
+    const rtk_u32 begin = n->child[slot], end = begin + n->count[slot];
+    const float grow = RTK_GROW * part->scale; /* as boxes of the tree are */
+    if (begin >= 4u * tree->block_count) {
+        packet_list(p, mode, part, n, slot, at);
+        return;
+    }
+    for (rtk_u32 from = begin / 4u * 4u; from < end; from += 64u) {
+        uint64_t places = 0u;
+        for (rtk_u32 k = from; k < end && k < from + 64u; k += 4u)
+            places |= (uint64_t)packet_near(p, &tree->blocks[k / 4u], grow) << (k - from);
+        if (begin > from)
+            places &= ~(uint64_t)0u << (begin - from);
+        if (end - from < 64u)
+            places &= ((uint64_t)1u << (end - from)) - 1u;
+        if (places != 0u)
+            packet_blocks(p, mode, part, n, slot, at, from, places);
+    }
+}
+
+/* The rays [p->rays] through a part's tree; returns those that it has not finished: the packet came apart. A node is opened when
+ * the packet's bounds meet it, which is one test for all rays, and then one of the rays, asked from the first that met its
+ * parent. */
+RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
+{
+    struct {
+        float t;
+        rtk_u32 node, slot, lane; /* lane: rays before it miss the node */
+    } stack[RTK_BVH_STACK];
+    const rtk_bvhnode *nodes = part->bvh.bvh;
+    rtk_u32 top = 0u, at = 0u, lane = 0u, budget = PACKET_NODES * (rtk_u32)__builtin_popcountll(p->rays) + 8u;
+    for (;;) {
+        float t[RTK_BVH_WIDTH];
+        rtk_u32 first = top;
+        if (budget-- == 0u)
+            return p->rays;
+        for (rtk_u32 bits = packet_open(p, &nodes[at], t); bits != 0u; bits &= bits - 1u) {
+            rtk_u32 i = (rtk_u32)__builtin_ctz(bits), to = top++;
+            for (; to > first && stack[to - 1u].t < t[i]; to--)
+                stack[to] = stack[to - 1u];
+            stack[to].t = t[i];
+            stack[to].node = at;
+            stack[to].slot = i;
+            stack[to].lane = lane;
+        }
+        for (;;) {
+            if (top == 0u)
+                return 0u;
+            top--;
+            if (stack[top].t > p->reach)
+                continue;
+            const rtk_bvhnode *n = &nodes[stack[top].node];
+            rtk_u32 slot = stack[top].slot;
+            lane = packet_first(p, n, slot, stack[top].lane);
+            if (lane == PACKET)
+                continue;
+            if (n->count[slot] == 0u) {
+                at = n->child[slot];
+                break;
+            }
+            packet_leaf(p, mode, part, n, slot, lane);
+            if (mode & RTK_MODE_ANY) {
+                p->rays &= ~p->done;
+                if (p->rays == 0u)
+                    return 0u;
+            } else {
+                packet_reach(p);
+            }
+        }
+    }
+}
+
+#endif
