@@ -119,14 +119,14 @@ lint() {
     fi
 }
 
-# What is left out where it would be shown twice. Clang: the program and the collector's stress are Lua and GCC's; real meshes are the
-# release's. Bare: its kernels are the release's objects. Sanitizers: one instruction set beside generic where memory counts, none where
-# threads and readers do; of the program, what more than its Lua does.
+# What is left out where it would be shown twice. Clang: the program, the collector's stress, threads and files are Lua and GCC's; real
+# meshes are the release's. Bare: its kernels are the release's objects. Sanitizers: one instruction set beside generic where memory
+# counts, none where threads and readers do; of the program, what more than its Lua does.
 seconds=3
 release_less='\.gc$' # under the address sanitizer, where it tells more
-clang_less='^cli\.|\.gc$|\.generational$|^lua\.alloc$|^variants\.tracers(\.sse42)?$|^hash\.sse42$'
+clang_less='^cli\.|^unit\.(base|checkpoint)$|\.gc$|\.generational$|^lua\.alloc$|^variants\.tracers(\.sse42)?$|^hash\.sse42$'
 bare_less='^variants\.|^hash\.(generic|sse42|avx2)$|^unit\.(kernel_|tri_lanes$|lanes$|motion$|camera$|tree$|render_|base$)'
-asan_less='^lua\.alloc$|^unit\.(camera|motion)$|\.generational$|^cli\.(animate|bench|report|sdf|sweep|tree|tutorial)|^hash\.generic$|^variants\.tracers(\.generic)?$'
+asan_less='^lua\.alloc$|^unit\.(camera|motion)$|\.generational$|^cli\.(animate|bench|help|limit|replay|report|sdf|sweep|tree|tutorial)|^hash\.generic$|^variants\.tracers(\.generic)?$'
 asan_isas=AUTO
 few_isas=NONE
 slow='slow|source'
