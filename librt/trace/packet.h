@@ -128,7 +128,7 @@ __attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ra
     for (rtk_u32 k = 0u; k < COUNT; k++)
         V(store)(from[k], in[k]);
     for (rtk_u32 at = 0u; at < RTI_SIMD; at += SETTLE_N) {
-        const settle_vec one = {0.0};
+        const settle_vec nought = {0.0};
         settle_vec x[COUNT];
         settle_half half;
         for (rtk_u32 k = 0u; k < COUNT; k++) {
@@ -138,13 +138,13 @@ __attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ra
         const settle_vec u = x[CX] * x[BY] - x[CY] * x[BX], v = x[AX] * x[CY] - x[AY] * x[CX], w = x[BX] * x[AY] - x[BY] * x[AX];
         const settle_vec det = u + v + w, size = SETTLE_ABS(det);
         const settle_vec near = (x[AZ] + (v * (x[BZ] - x[AZ]) + w * (x[CZ] - x[AZ])) / det) / x[KDZ];
-        const settle_vec off = 2.4e-6 * x[SCALE] / SETTLE_ABS(x[KDZ]) + 1e-6 * (SETTLE_ABS(near) + SETTLE_ABS(x[TSHIFT]));
+        const settle_vec off = SETTLE_OFF * x[SCALE] / SETTLE_ABS(x[KDZ]) + SETTLE_OFF_T * (SETTLE_ABS(near) + SETTLE_ABS(x[TSHIFT]));
         const settle_vec t = near + x[TSHIFT];
         const settle_mask out = ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0));
-        const settle_mask good = ~out & (size > 6.2e-5 * (x[MX] * x[MY])) & (size < 1e38);
+        const settle_mask good = ~out & (size > SETTLE_DET * (x[MX] * x[MY])) & (size < SETTLE_DET_MOST);
         const settle_mask none = out | (good & ((t + off < x[TMIN]) | (t - off > x[TMAX])));
         const settle_mask some = good & ~none & (t - off > x[TMIN]) & (t + off < x[TMAX]);
-        const settle_vec word = (settle_vec)(((settle_mask)(one + 1.0) & some) | ((settle_mask)(one - 1.0) & none));
+        const settle_vec word = (settle_vec)(((settle_mask)(nought + 1.0) & some) | ((settle_mask)(nought - 1.0) & none));
         half = __builtin_convertvector(word, settle_half);
         memcpy(says + at, &half, sizeof half);
     }

@@ -31,7 +31,7 @@ typedef struct batch {
 static uint64_t ray_count(void)
 {
     const char *n = getenv("LIBRT_RAYS"), *full = getenv("LIBRT_FULL");
-    return n && *n ? strtoull(n, NULL, 10) : (full && full[0] == '1' ? 200000u : 7000u);
+    return n && *n ? strtoull(n, NULL, 10) : (full && full[0] == '1' ? 200000u : 10000u);
 }
 
 /* Rays of `kinds` kinds from `first` on. Those of a kind stand together: denormals slow down the lanes beside them. */
