@@ -16,6 +16,9 @@
  *   rti_f8_pack(p, bits, a)  rti_u8_pack(p, bits, a)  the chosen lanes of a vector, or of a[8], side by side from p on; all eight
  *                                                     places behind p are written
  *   rti_f16_low(a)            the least lane of a, none of which is NaN
+ *   rti_f16_row(p)            p[0] to p[3], four times
+ *   rti_i16_fours(bits, from) the from-th of the lanes in bits four times, then the next, to the third after it; for
+ *   rti_f16_take(a, lanes)    those lanes of a
  *   rti_f8_least(bits, a)     the lane that holds the least of the chosen, as good as 21 bits of mantissa tell, of equal ones the
  *                             first; bits is not 0. Of negative ones, any
  */

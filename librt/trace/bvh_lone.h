@@ -113,6 +113,28 @@ RTI_VEC int lone_doubt(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 place)
     return 0;
 }
 
+/* A hit for certain of the triangle at a place: 1, it will do. */
+RTI_VEC int lone_take(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 place, float t, float u, float v)
+{
+    packet *p = a->p;
+    const rtk_u32 l = w->lane;
+    if (mode & RTK_MODE_ANY) {
+        p->done |= (uint64_t)1u << l;
+        return 1;
+    }
+    if (t < w->low ||
+        (t == w->low && t == p->t[l] && w->late != RTK_INVALID && a->tree.refs[place] < a->tree.refs[w->late])) {
+        p->t[l] = w->low = t;
+        p->u[l] = u;
+        p->v[l] = v;
+        w->late = place;
+        __builtin_prefetch(&a->tree.refs[place]);
+    } else if (t <= p->t[l] && (w->low < p->t[l] || w->late == RTK_INVALID)) {
+        lone_ask(a, w, mode, a->tree.refs[place]); /* between the bounds; or the best is another part's: the order of hits decides */
+    }
+    return 0;
+}
+
 /* A leaf: 1, a hit will do. */
 RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
 {
@@ -158,19 +180,8 @@ RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
                 last = tree->refs[place];
                 if (lone_doubt(a, w, mode, place))
                     return 1;
-            } else if (mode & RTK_MODE_ANY) {
-                p->done |= (uint64_t)1u << l;
+            } else if (lone_take(a, w, mode, place, t[i], u[i], v[i])) {
                 return 1;
-            } else if (t[i] < w->low || (t[i] == w->low && t[i] == p->t[l] && w->late != RTK_INVALID &&
-                                         tree->refs[place] < tree->refs[w->late])) {
-                p->t[l] = w->low = t[i];
-                p->u[l] = u[i];
-                p->v[l] = v[i];
-                w->late = place;
-                __builtin_prefetch(&tree->refs[place]);
-            } else if (t[i] <= p->t[l] && (w->low < p->t[l] || w->late == RTK_INVALID)) {
-                lone_ask(a, w, mode, tree->refs[place]); /* between the bounds; or the best is another part's: the order of hits
-                                                            decides */
             }
         }
     }

@@ -2,8 +2,9 @@
  *
  * RTI_SIMD rays, of all octants and axes, walk as one while enough of them are left at a node; then each goes on by itself from
  * there (bvh_lone.h). The slots of a node are asked first for the box around all of the rays' ways, which is one test for eight
- * slots, then one after the other for all rays. A leaf is met by all rays at once, a triangle at a time, or by one ray after the
- * other, four triangles at a time: whichever is less. (Packets that fall apart into single rays: Benthin, Wald, Woop, Ernst, Mark
+ * slots, then one after the other for all rays. Of those that some ray enters the nearest comes next; the others wait in no order,
+ * for a branch that none can foresee costs more than a node. A leaf is met by all rays at once, a triangle at a time, or by four
+ * rays and four triangles at a time, or by one ray after the other and four triangles: whichever is less. (Packets that fall apart into single rays: Benthin, Wald, Woop, Ernst, Mark
  * 2012; the box around all ways: Boulos, Wald, Benthin 2008.) Short rays, as those of ambient occlusion, gain most.
  */
 #ifndef RTI_BVH_MIXED_H
@@ -11,13 +12,13 @@
 
 #include "bvh_lone.h"
 
-/* So many rays go on by themselves: a closest hit wants its own order of nodes. */
-#define MIXED_FEW(mode) ((mode) & RTK_MODE_ANY ? 2 : 4)
+#define MIXED_FEW 2 /* so many rays go on by themselves */
 
 typedef struct mixed {
     vec inv[3], start[3], t0, t1;
     tri_ray tri;            /* each ray's in its own order of axes */
     lone_axes axes;
+    vec axis;               /* the dominant one */
     bvh_vec lo[3], hi[3];   /* around all ways */
     rtk_u32 from;           /* lane 0 is this one of the packet's */
     rtk_u32 late[RTI_SIMD]; /* as of a lone ray, and low */
@@ -41,6 +42,7 @@ RTI_VEC void mixed_start(const lone_all *a, mixed *m, rtk_u32 from, rtk_u32 lane
     m->t0 = V(load)(p->t0 + from);
     m->t1 = V(load)(p->t1 + from);
     m->axes = lone_axes_of(p, from);
+    m->axis = V(select)(m->axes.first, V(set)(0.0f), V(select)(m->axes.second, V(set)(1.0f), V(set)(2.0f)));
     for (rtk_u32 k = 0u; k < 3u; k++) {
         vec x, y;
         org[k] = V(load)(p->org[k] + from);
@@ -168,9 +170,81 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
     }
 }
 
+#ifdef RTI_PACK
+/* A corner of a block's four triangles, four times, in the rays' orders of axes. */
+RTI_VEC void mixed_rows(const lone_axes *axes, const float v[3][4], vec out[3])
+{
+    const vec x = rti_f16_row(v[0]), y = rti_f16_row(v[1]), z = rti_f16_row(v[2]);
+    out[0] = lone_turned(axes, y, z, x);
+    out[1] = lone_turned(axes, z, x, y);
+    out[2] = lone_turned(axes, x, y, z);
+}
+
+/* The blocks of a leaf for `lanes`, four rays and four triangles at a time: lane 4 r + t is ray r and triangle t. */
+RTI_VEC void mixed_fours(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, rtk_u32 count, rtk_u32 lanes)
+{
+    const rtk_u32 end = (at + count + 3u) / 4u, n = (rtk_u32)__builtin_popcount(lanes);
+    for (rtk_u32 from = 0u, left = lanes; from < n; from += 4u) {
+        const rti_i16 which = rti_i16_fours(lanes, from);
+        const rtk_u32 want = n - from < 4u ? (1u << 4u * (n - from)) - 1u : LANES_ALL;
+        const vec axis = rti_f16_take(m->axis, which);
+        const lone_axes axes = {V(eq)(axis, V(set)(0.0f)), V(eq)(axis, V(set)(1.0f))};
+        const tri_ray r = {rti_f16_take(m->tri.ox, which),   rti_f16_take(m->tri.oy, which),   rti_f16_take(m->tri.oz, which),
+                           rti_f16_take(m->tri.sx, which),   rti_f16_take(m->tri.sy, which),   rti_f16_take(m->tri.kdz, which),
+                           rti_f16_take(m->tri.tmin, which), rti_f16_take(m->tri.tmax, which), V(set)(0.0f),
+                           V(set)(a->part->scale)};
+        rtk_u32 lane[4] = {0u}, done = 0u;
+        for (rtk_u32 i = 0u; i < 4u && left != 0u; i++, left &= left - 1u)
+            lane[i] = (rtk_u32)__builtin_ctz(left);
+        for (rtk_u32 k = at / 4u; k < end; k++) {
+            const rtk_bvhblock *b = &a->tree.blocks[k];
+            vec v0[3], v1[3], v2[3];
+            mixed_rows(&axes, b->v0, v0);
+            mixed_rows(&axes, b->v1, v1);
+            mixed_rows(&axes, b->v2, v2);
+            tri_hit hit;
+            float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD];
+            rtk_u32 bits = tri_test(&r, v0, v1, v2, want & ~done, &hit), last = RTK_INVALID, ray = RTK_INVALID;
+            if (__builtin_expect(bits == 0u, 1))
+                continue;
+            V(store)(t, hit.t);
+            V(store)(u, hit.u);
+            V(store)(v, hit.v);
+            for (; bits != 0u; bits &= bits - 1u) {
+                const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), place = 4u * k + i % 4u;
+                lone w;
+                int enough;
+                if (done >> i & 1u)
+                    continue;
+                mixed_get(m, lane[i / 4u], &w);
+                if (hit.doubt >> i & 1u) {
+                    if (i / 4u == ray && a->tree.refs[place] == last) /* a block's last triangle stands in the lanes that are left */
+                        continue;
+                    last = a->tree.refs[place];
+                    ray = i / 4u;
+                    enough = lone_doubt(a, &w, mode, place);
+                } else {
+                    enough = lone_take(a, &w, mode, place, t[i], u[i], v[i]);
+                }
+                mixed_put(m, lane[i / 4u], &w);
+                if (enough)
+                    done |= 15u << i / 4u * 4u;
+            }
+        }
+    }
+}
+#endif
+
 RTI_VEC void mixed_leaf(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, rtk_u32 count, rtk_u32 lanes)
 {
-    if ((rtk_u32)__builtin_popcount(lanes) <= count || at >= 4u * a->tree.block_count) {
+    const rtk_u32 some = (rtk_u32)__builtin_popcount(lanes);
+#ifdef RTI_PACK
+    if (some >= 2u && at < 4u * a->tree.block_count && (some + 3u) / 4u * ((count + 3u) / 4u) * 3u < count * 2u) {
+        mixed_fours(a, m, mode, at, count, lanes);
+        return;
+    }
+#endif
+    if (some <= count || at >= 4u * a->tree.block_count) {
         for (; lanes != 0u; lanes &= lanes - 1u) {
             const rtk_u32 i = (rtk_u32)__builtin_ctz(lanes);
             lone w;
@@ -203,61 +277,72 @@ RTI_VEC void mixed_walk(lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 lanes)
 {
     struct {
         rtk_u32 at, count, lanes;
-        float t; /* where the first of them enters */
-    } stack[RTK_BVH_STACK + 1u];
-    vec enter[RTK_BVH_STACK + 1u];
+    } stack[RTK_BVH_STACK + RTK_BVH_WIDTH];
+    vec enter[RTK_BVH_STACK + RTK_BVH_WIDTH];
     mixed m;
-    rtk_u32 top = 1u;
+    rtk_u32 top = 0u, at = 0u, count = 0u, here = lanes;
     mixed_start(a, &m, from, lanes);
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
         m.late[i] = RTK_INVALID;
     V(store)(m.low, V(load)(a->p->t + from));
     m.t1 = mode & RTK_MODE_ANY ? m.t1 : V(min)(m.t1, V(load)(a->p->t + from));
-    stack[0].at = stack[0].count = 0u;
-    stack[0].lanes = lanes;
-    enter[0] = m.t0;
-    while (top > 0u) {
-        const rtk_u32 at = stack[--top].at, count = stack[top].count, first = top;
-        rtk_u32 here = stack[top].lanes;
-        const rtk_bvhnode *n = &a->tree.bvh[at];
-        if (mode & RTK_MODE_ANY)
-            here &= ~packet_bits(a->p->done, from);
-        else
-            here &= VM(bits)(V(le)(enter[top], m.t1));
-        if (here == 0u)
-            continue;
-        if (count != 0u || __builtin_popcount(here) <= MIXED_FEW(mode)) {
+    for (;;) {
+        if (count != 0u || __builtin_popcount(here) <= MIXED_FEW) {
             if (count != 0u)
                 mixed_leaf(a, &m, mode, at, count, here);
             else
                 mixed_lone(a, &m, mode, at, count, here);
             if (!(mode & RTK_MODE_ANY))
                 m.t1 = V(min)(m.t1, V(load)(a->p->t + from));
-            continue;
-        }
-        for (rtk_u32 bits = mixed_near(&m, n); bits != 0u;) { /* any hit takes the slots in their order (kernel/bvh.h) */
-            const rtk_u32 i = 31u - (rtk_u32)__builtin_clz(bits);
-            vec t;
-            const rtk_u32 in = here & mixed_enter(&m, n, i, &t);
-            rtk_u32 to = top;
-            bits ^= 1u << i;
-            if (in == 0u)
-                continue;
-            if (!(mode & RTK_MODE_ANY)) {
-                const float low = packet_low(V(select)(VM(of)(in), t, V(set)(RTK_INF)));
-                for (; to > first && stack[to - 1u].t < low; to--) {
-                    stack[to] = stack[to - 1u];
-                    enter[to] = enter[to - 1u];
+        } else {
+            const rtk_bvhnode *n = &a->tree.bvh[at];
+            const rtk_u32 first = top;
+            rtk_u32 next = top;
+            float least = RTK_INF;
+            for (rtk_u32 bits = mixed_near(&m, n); bits != 0u;) { /* any hit takes the slots in their order (kernel/bvh.h) */
+                const rtk_u32 i = 31u - (rtk_u32)__builtin_clz(bits);
+                vec t;
+                const rtk_u32 in = here & mixed_enter(&m, n, i, &t);
+                bits ^= 1u << i;
+                if (!(mode & RTK_MODE_ANY)) {
+                    const float low = packet_low(V(select)(VM(of)(in), t, V(set)(RTK_INF)));
+                    next = low < least ? top : next;
+                    least = low < least ? low : least;
+                    enter[top] = t;
                 }
-                stack[to].t = low;
-                enter[to] = t;
+                stack[top].at = n->child[i];
+                stack[top].count = n->count[i];
+                stack[top].lanes = in;
+                top += in != 0u;
             }
-            stack[to].at = n->child[i];
-            stack[to].count = n->count[i];
-            stack[to].lanes = in;
-            top++;
+            if (top != first) {
+                top--;
+                if (mode & RTK_MODE_ANY)
+                    next = top;
+                at = stack[next].at;
+                count = stack[next].count;
+                here = stack[next].lanes;
+                if (!(mode & RTK_MODE_ANY)) {
+                    stack[next] = stack[top];
+                    enter[next] = enter[top];
+                }
+                continue;
+            }
         }
+        do {
+            if (top == 0u)
+                goto end;
+            top--;
+            here = stack[top].lanes;
+            if (mode & RTK_MODE_ANY)
+                here &= ~packet_bits(a->p->done, from);
+            else
+                here &= VM(bits)(V(le)(enter[top], m.t1));
+        } while (here == 0u);
+        at = stack[top].at;
+        count = stack[top].count;
     }
+end:
     for (rtk_u32 i = 0u; i < RTI_SIMD && !(mode & RTK_MODE_ANY); i++)
         if (m.late[i] != RTK_INVALID) {
             lone w;

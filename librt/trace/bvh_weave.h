@@ -147,7 +147,7 @@ RTI_VEC uint64_t lone_rays(packet *p, rtk_u32 mode, const rtk_part *part, uint64
     }
     for (rtk_u32 at = 0u; rays != 0u && mixes(&a, mode) && at < PACKET; at += RTI_SIMD) {
         const rtk_u32 lanes = packet_bits(rays, at);
-        if (__builtin_popcount(lanes) <= MIXED_FEW(mode))
+        if (__builtin_popcount(lanes) <= MIXED_FEW)
             continue;
         mixed_walk(&a, mode, at, lanes);
         rays &= ~((uint64_t)lanes << at);

@@ -52,6 +52,21 @@ RTI_VEC rti_f16 rti_f16_msub(rti_f16 a, rti_f16 b, rti_f16 c)
 {
     return _mm512_maskz_fmsub_ps((__mmask16)65535, a, b, c);
 }
+typedef __m512i rti_i16;
+RTI_VEC rti_i16 rti_i16_fours(uint32_t bits, uint32_t from)
+{
+    const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    const __m512i which = _mm512_add_epi32(_mm512_srli_epi32(lane, 2), _mm512_set1_epi32((int)from));
+    return _mm512_permutexvar_epi32(which, _mm512_maskz_compress_epi32((__mmask16)bits, lane));
+}
+RTI_VEC rti_f16 rti_f16_take(rti_f16 a, rti_i16 from)
+{
+    return _mm512_permutexvar_ps(from, a);
+}
+RTI_VEC rti_f16 rti_f16_row(const float *p)
+{
+    return _mm512_broadcast_f32x4(_mm_loadu_ps(p));
+}
 RTI_VEC float rti_f16_low(rti_f16 a)
 {
     return _mm512_reduce_min_ps(a);
