@@ -1,5 +1,6 @@
 /* The eight-wide BVH: boxes of a node and triangles of a leaf in vectors; batches that are marked coherent in packets,
- * others ray by ray or, where they are spread over a large tree, several rays by turns. */
+ * others in an order of their own, together as far as they go together, or ray by ray, or several by turns. */
+#include "bvh_order.h"
 #include "bvh_packet_walk.h"
 #include "bvh_weave.h"
 #define RTI_TRACER_NAME bvh

@@ -32,7 +32,6 @@ typedef struct lone_all {
     packet *p;
     const rtk_part *part;
     rtk_tree tree;
-    rtk_u32 spread; /* the rays start all over the part */
     float sx[PACKET], sy[PACKET];
     rtk_u32 left, left_lane[PACKET], left_place[PACKET]; /* hits that wait for the end, a ray at most one */
     rtk_u32 asides, aside[PACKET];                       /* those of them that were put aside */
@@ -229,15 +228,12 @@ RTI_VEC vec lone_turned(const lone_axes *a, vec x, vec y, vec z)
     return V(select)(a->first, x, V(select)(a->second, y, z));
 }
 
-/* Shears, and whether the rays are spread; returns those whose way cannot be told by products. */
+/* Shears; returns the rays whose way cannot be told by products. */
 RTI_VEC uint64_t lone_prepare(lone_all *a, uint64_t rays)
 {
     const packet *p = a->p;
-    const vec most = V(set)(1.0e37f), inf = V(set)(RTK_INF);
-    vec lo[3] = {inf, inf, inf}, hi[3] = {-inf, -inf, -inf};
+    const vec most = V(set)(1.0e37f);
     uint64_t far = 0u;
-    rtk_vec3 size = rtk_sub(a->part->hi, a->part->lo);
-    float across = 0.0f;
     for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
         const rtk_u32 lanes = packet_bits(rays, at);
         rtk_u32 fit = LANES_ALL;
@@ -249,8 +245,6 @@ RTI_VEC uint64_t lone_prepare(lone_all *a, uint64_t rays)
             const vec o = V(load)(p->org[k] + at);
             d[k] = V(load)(p->dir[k] + at);
             fit &= VM(bits)(V(le)(V(abs)(o * V(load)(p->inv[k] + at)), most));
-            lo[k] = V(min)(lo[k], V(select)(VM(of)(lanes), o, lo[k]));
-            hi[k] = V(max)(hi[k], V(select)(VM(of)(lanes), o, hi[k]));
         }
         axes = lone_axes_of(p, at);
         dz = lone_turned(&axes, d[0], d[1], d[2]);
@@ -258,9 +252,6 @@ RTI_VEC uint64_t lone_prepare(lone_all *a, uint64_t rays)
         V(store)(a->sy + at, lone_turned(&axes, d[2], d[0], d[1]) / dz);
         far |= (uint64_t)(LANES_ALL & ~fit) << at;
     }
-    for (rtk_u32 k = 0u; k < 3u; k++)
-        across += packet_high(hi[k]) - packet_low(lo[k]);
-    a->spread = across > 0.25f * (size.x + size.y + size.z);
     return far & rays;
 }
 

@@ -25,11 +25,13 @@ typedef struct mixed {
     float low[RTI_SIMD];
 } mixed;
 
-/* Whether rays are to go this way. A closest hit comes late when others choose the order: too late for eight rays at a time, and
- * where the rays start all over the scene. */
+/* Whether it pays at all: a closest hit comes late when others choose the order, too late for eight rays at a time. */
+#define MIXED_PAYS(mode) (RTI_SIMD >= ((mode) & RTK_MODE_ANY ? 8 : 16))
+
+/* Whether rays are to go this way. Closest hits are not to when they start all over the scene. */
 RTI_VEC int mixes(const lone_all *a, rtk_u32 mode)
 {
-    return mode & RTK_MODE_ANY ? RTI_SIMD >= 8 : RTI_SIMD >= 16 && !a->spread;
+    return MIXED_PAYS(mode) && ((mode & RTK_MODE_ANY) || !a->p->spread);
 }
 
 RTI_VEC void mixed_start(const lone_all *a, mixed *m, rtk_u32 from, rtk_u32 lanes)

@@ -27,6 +27,7 @@ typedef struct packet {
     rtk_u32 mask[PACKET];
     uint64_t done;          /* any hit: nothing is asked any more */
     rtk_u32 axis[PACKET];   /* order of axes and octant */
+    rtk_u32 spread;         /* the rays were taken out of those that start all over the part */
     rtk_u32 common, masked; /* the rays' mask; != 0: they have several */
     /* Where each hit counts (plain), whose the best hit is, is asked when the walk ends: a triangle's reference and record are
      * seldom in the nearer caches. late: of each lane, as bits, the place in refs, or RTK_INVALID: prim and geom tell. */
@@ -39,6 +40,7 @@ typedef struct packet {
     const rtk_scene *scene;
     const rtk_trace_block *blocks;
     rtk_u32 first;
+    const uint16_t *picks; /* NULL: the rays stand side by side from `first` on; else their numbers from it on */
     const rti_scratch *scratch;
 } packet;
 
@@ -47,22 +49,50 @@ RTI_VEC rtk_u32 packet_bits(uint64_t mask, rtk_u32 at)
     return (rtk_u32)(mask >> at) & LANES_ALL;
 }
 
-/* Loads rays [first, first + n); returns those that are valid. Lanes behind are filled with the last ray. */
-RTI_VEC uint64_t packet_load(packet *p, const rtk_scene *scene, const rtk_trace_block *rays, rtk_u32 first, rtk_u32 n,
-                             const rti_scratch *scratch)
+/* The number of a lane's ray. */
+RTI_VEC rtk_u32 packet_number(const packet *p, rtk_u32 lane)
+{
+    return p->first + (p->picks ? p->picks[lane] : lane);
+}
+
+/* n picked rays side by side. */
+RTI_VEC void packet_pick(const rtk_trace_block *blocks, rtk_u32 first, const uint16_t *picks, rtk_u32 n,
+                         rtk_trace_block out[PACKET / RTK_BLOCK])
+{
+    for (rtk_u32 i = 0u; i < n; i++) {
+        const rtk_u32 number = first + picks[i], k = number % RTK_BLOCK, l = i % RTK_BLOCK;
+        const rtk_trace_block *b = &blocks[number / RTK_BLOCK];
+        rtk_trace_block *to = &out[i / RTK_BLOCK];
+        to->ox[l] = b->ox[k];
+        to->oy[l] = b->oy[k];
+        to->oz[l] = b->oz[k];
+        to->dx[l] = b->dx[k];
+        to->dy[l] = b->dy[k];
+        to->dz[l] = b->dz[k];
+        to->tmin[l] = b->tmin[k];
+        to->tmax[l] = b->tmax[k];
+        to->mask[l] = b->mask[k];
+    }
+}
+
+/* Loads n rays out of `rays`, where [first, first + n) stand, or what packet_pick made of as many picks; returns those that are
+ * valid. */
+RTI_VEC uint64_t packet_load(packet *p, const rtk_scene *scene, const rtk_trace_block *blocks, rtk_u32 first, const uint16_t *picks,
+                             const rtk_trace_block *rays, rtk_u32 n, const rti_scratch *scratch)
 {
     uint64_t valid = 0u;
     p->scene = scene;
-    p->blocks = rays;
+    p->blocks = blocks;
     p->first = first;
+    p->picks = picks;
     p->scratch = scratch;
     p->done = 0u;
     p->masked = 0u;
-    p->common = rays[first / RTK_BLOCK].mask[0];
+    p->common = rays[0].mask[0];
     if (n < PACKET)
         memset(p->axis, 0, sizeof p->axis);
     for (rtk_u32 at = 0u; at < PACKET && at < n; at += RTI_SIMD) {
-        const rtk_trace_block *b = &rays[(first + at) / RTK_BLOCK];
+        const rtk_trace_block *b = &rays[at / RTK_BLOCK];
         rtk_u32 k = at % RTK_BLOCK, ok;
         packet_rays r;
         packet_rays_load(&r, b, k);
@@ -199,7 +229,7 @@ RTI_VEC int packet_plain(const rtk_scene *scene)
 /* One ray as a query, with its best hit so far. */
 RTI_VEC void packet_query(const packet *p, rtk_u32 i, rtk_query *q)
 {
-    rti_lane_query(q, p->scene, p->blocks, p->first + i, p->scratch);
+    rti_lane_query(q, p->scene, p->blocks, packet_number(p, i), p->scratch);
     q->best.t = p->t[i];
     q->best.u = p->u[i];
     q->best.v = p->v[i];
@@ -224,6 +254,15 @@ RTI_VEC void packet_hits(const packet *p, rtk_u32 at, rtk_hit_block *out, rtk_u3
     memcpy(out->prim, p->prim + at, n * sizeof(float));
     memcpy(out->geom, p->geom + at, n * sizeof(float));
     memset(out->inst, 0xff, n * sizeof *out->inst); /* RTK_INVALID */
+}
+
+/* How many of the first n rays have hit. */
+RTI_VEC rtk_u32 packet_count(const packet *p, rtk_u32 n)
+{
+    uint64_t hit = 0u;
+    for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD)
+        hit |= (uint64_t)VM(bits)(V(lt)(V(load)(p->t + at), V(load)(p->tmax + at))) << at;
+    return (rtk_u32)__builtin_popcountll(n < PACKET ? hit & (((uint64_t)1u << n) - 1u) : hit);
 }
 
 /* A primitive for one ray, by the leaf test itself: what vectors leave open, shapes, cut-outs, rays of several masks. */

@@ -66,48 +66,107 @@ static void RTK_NAME(packet_rest)(packet *p, rtk_u32 n, uint64_t valid, rtk_hit_
                 p->done |= (uint64_t)1u << i;
         }
         if (!(RTK_MODE & RTK_MODE_ANY))
-            rti_lane_hit(&q, hits, p->first + i);
+            rti_lane_hit(&q, hits, packet_number(p, i));
     }
 }
 
-RTI_VEC void RTK_NAME(batch)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
-                             uint32_t count, rti_scratch *scratch, int coherent)
+/* What n lanes have found goes to their rays' places. */
+RTI_VEC void RTK_NAME(packet_out)(const packet *p, rtk_u32 n, rtk_hit_block *hits, uint16_t *occluded, int plain)
+{
+    for (rtk_u32 at = 0u; at < n && !p->picks; at += RTK_BLOCK) {
+        rtk_u32 b = (p->first + at) / RTK_BLOCK, lanes = n - at < RTK_BLOCK ? n - at : RTK_BLOCK;
+        if (RTK_MODE & RTK_MODE_ANY) {
+            occluded[b] = (uint16_t)(p->done >> at & ((1u << lanes) - 1u));
+        } else if (plain && lanes == RTK_BLOCK) {
+            packet_hits(p, at, &hits[b], RTK_BLOCK); /* a number, so no call */
+        } else if (plain) {
+            packet_hits(p, at, &hits[b], lanes);
+        }
+    }
+    for (rtk_u32 i = 0u; i < n && p->picks && plain && !(RTK_MODE & RTK_MODE_ANY); i++) {
+        const rtk_u32 number = packet_number(p, i), k = number % RTK_BLOCK;
+        rtk_hit_block *h = &hits[number / RTK_BLOCK];
+        h->t[k] = p->t[i];
+        h->u[k] = p->u[i];
+        h->v[k] = p->v[i];
+        h->prim[k] = rtk_bits(p->prim[i]);
+        h->geom[k] = rtk_bits(p->geom[i]);
+        h->inst[k] = RTK_INVALID;
+    }
+}
+
+/* n rays from `first` on, or of as many picks those that `picked` holds. */
+RTI_VEC void RTK_NAME(packet_all)(packet *p, const rtk_scene *scene, const rtk_trace_block *rays, rtk_u32 first, const uint16_t *picks,
+                                  const rtk_trace_block *picked, rtk_u32 n, rtk_hit_block *hits, uint16_t *occluded,
+                                  rti_scratch *scratch, int coherent)
 {
     const rtk_group *g = scene->groups;
     const int plain = packet_plain(scene);
-    packet p;
-    for (rtk_u32 first = 0u; first < count; first += PACKET) {
-        rtk_u32 n = count - first < PACKET ? count - first : PACKET;
-        uint64_t valid = packet_load(&p, scene, rays, first, n, scratch);
-        for (rtk_u32 k = 0u; k < g->part_count; k++)
-            (coherent ? RTK_NAME(packet_part) : RTK_NAME(lone_part))(&p, &g->parts[k], valid & ~p.done);
-        if (!plain)
-            RTK_NAME(packet_rest)(&p, n, valid, hits);
-        for (rtk_u32 at = 0u; at < n; at += RTK_BLOCK) {
-            rtk_u32 b = (first + at) / RTK_BLOCK, lanes = n - at < RTK_BLOCK ? n - at : RTK_BLOCK;
-            if (RTK_MODE & RTK_MODE_ANY) {
-                occluded[b] = (uint16_t)(p.done >> at & ((1u << lanes) - 1u));
-            } else if (plain && lanes == RTK_BLOCK) {
-                packet_hits(&p, at, &hits[b], RTK_BLOCK); /* a number, so no call */
-            } else if (plain) {
-                packet_hits(&p, at, &hits[b], lanes);
-            }
-        }
-    }
+    uint64_t valid = packet_load(p, scene, rays, first, picks, picked, n, scratch);
+    for (rtk_u32 k = 0u; k < g->part_count; k++)
+        (coherent ? RTK_NAME(packet_part) : RTK_NAME(lone_part))(p, &g->parts[k], valid & ~p->done);
+    if (!plain)
+        RTK_NAME(packet_rest)(p, n, valid, hits);
+    RTK_NAME(packet_out)(p, n, hits, occluded, plain);
 }
 
 static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                               uint32_t count, rti_scratch *scratch)
 {
-    RTK_NAME(batch)(scene, rays, hits, occluded, count, scratch, 1);
+    packet p;
+    p.spread = 0u;
+    for (rtk_u32 first = 0u; first < count; first += PACKET)
+        RTK_NAME(packet_all)(&p, scene, rays, first, NULL, rays + first / RTK_BLOCK, rtk_umin(count - first, PACKET), hits, occluded,
+                             scratch, 1);
+}
+
+/* n rays from `from` on, no more than ORDER_MOST, that are not coherent, in their order or, where it pays, in another. */
+static void RTK_NAME(lone_chunk)(packet *p, const rtk_scene *scene, const rtk_trace_block *rays, rtk_u32 from, rtk_u32 n,
+                                 rtk_hit_block *hits, uint16_t *occluded, rti_scratch *scratch)
+{
+    const rtk_part *part = scene->groups->parts;
+    const rtk_trace_block *chunk = rays + from / RTK_BLOCK;
+    const int large = weave_large(&part->bvh), orders = ORDER_PAYS(RTK_MODE) && n >= PACKET && !scratch->turns;
+    rtk_trace_block picked[PACKET / RTK_BLOCK];
+    order o;
+    p->spread = order_is_spread(chunk, n, part);
+    const int all = orders && p->spread && !large; /* else, of those that start near each other, run after run */
+    if (all) {
+        order_spread(&o, chunk, n, part);
+        p->spread = 0u;
+    }
+    for (rtk_u32 at = 0u, hit = 0u; at < n; at += ORDER_RUN) {
+        const rtk_u32 end = rtk_umin(at + ORDER_RUN, n);
+        const int run = orders && !p->spread && !all && hit >= ORDER_RUN / ORDER_HITS && order_run(&o, chunk, at, end - at);
+        hit = 0u;
+        for (rtk_u32 k = at; k < end; k += PACKET) {
+            const rtk_u32 size = rtk_umin(end - k, PACKET), first = from + (run ? at : all ? 0u : k);
+            const uint16_t *picks = run || all ? o.ray + k : NULL;
+            if (picks)
+                packet_pick(rays, first, picks, size, picked);
+            RTK_NAME(packet_all)(p, scene, rays, first, picks, picks ? picked : chunk + k / RTK_BLOCK, size, hits, occluded, scratch,
+                                 0);
+            hit += packet_count(p, size);
+        }
+    }
 }
 
 static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                            uint32_t count, rti_scratch *scratch)
 {
     const rtk_group *g = scene->groups; /* whose parts are of one builder */
-    if (count >= PACKET_FEW && packet_plain(scene) && g->part_count != 0u && lone_fits(g, g->parts))
-        RTK_NAME(batch)(scene, rays, hits, occluded, count, scratch, 0);
-    else
+    packet p;
+    if (count < PACKET_FEW || !packet_plain(scene) || g->part_count == 0u || !lone_fits(g, g->parts)) {
         RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
+        return;
+    }
+    if (ORDER_PAYS(RTK_MODE)) {
+        for (rtk_u32 from = 0u; from < count; from += ORDER_MOST)
+            RTK_NAME(lone_chunk)(&p, scene, rays, from, rtk_umin(count - from, ORDER_MOST), hits, occluded, scratch);
+        return;
+    }
+    p.spread = weave_large(&g->parts->bvh) && order_is_spread(rays, count, g->parts);
+    for (rtk_u32 first = 0u; first < count; first += PACKET)
+        RTK_NAME(packet_all)(&p, scene, rays, first, NULL, rays + first / RTK_BLOCK, rtk_umin(count - first, PACKET), hits, occluded,
+                             scratch, 0);
 }

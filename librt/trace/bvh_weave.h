@@ -97,10 +97,15 @@ RTI_VEC int weave_turn(lone_all *a, lone *w, rtk_u32 mode)
     return 0;
 }
 
+RTI_VEC int weave_large(const rtk_tree *tree)
+{
+    return tree->block_count > WEAVE_BYTES / sizeof *tree->blocks;
+}
+
 /* Whether the rays are to go by turns. */
 RTI_VEC int weaves(const lone_all *a)
 {
-    return a->p->scratch->turns || (a->spread && a->tree.block_count > WEAVE_BYTES / sizeof *a->tree.blocks);
+    return a->p->scratch->turns || (a->p->spread && weave_large(&a->tree));
 }
 
 static void weave_walk(lone_all *a, rtk_u32 mode, uint64_t rays)
