@@ -17,6 +17,7 @@
  *                                                     places behind p are written
  *   rti_f16_low(a)            the least lane of a, none of which is NaN
  *   rti_f16_row(p)            p[0] to p[3], four times
+ *   rti_f16_each(p, at)       p[at[0]] four times, p[at[1]] four times, to p[at[3]]
  *   rti_i16_fours(bits, from) the from-th of the lanes in bits four times, then the next, to the third after it; for
  *   rti_f16_take(a, lanes)    those lanes of a
  *   rti_f8_least(bits, a)     the lane that holds the least of the chosen, as good as 21 bits of mantissa tell, of equal ones the

@@ -4,8 +4,9 @@
  * them, by intervals: over the rays, org lies in [lo, hi] and inv in [lo, hi], and because float subtraction and multiplication
  * are monotone, the smallest of the rays' (plane - org) * inv is no less than the one taken from the intervals' ends. So what
  * this leaves out every ray would leave out, with no margin. Of a leaf's triangles those are left out whose boxes miss the
- * intervals; then the rays are asked one by one, RTI_SIMD at a time, first the leaf's box and then each triangle. (Boulos, Wald, Benthin 2008; Overbeck, Ramamoorthi, Mark 2008. What differs: no ray is looked
- * at above the leaves.) A packet that opens too many nodes for its rays has come apart: they go on as single rays.
+ * intervals; then the rays are asked, first for the leaf's box and then for each triangle, RTI_SIMD at a time, or where few enter
+ * it four rays and four triangles at a time. (Boulos, Wald, Benthin 2008; Overbeck, Ramamoorthi, Mark 2008. What differs: no ray is
+ * looked at above the leaves.) A packet that opens too many nodes for its rays has come apart: they go on as single rays.
  */
 #ifndef RTI_BVH_PACKET_H
 #define RTI_BVH_PACKET_H

@@ -162,13 +162,12 @@ RTI_VEC void packet_list(packet *p, rtk_u32 mode, const rtk_part *part, const rt
     }
 }
 
-/* Places of blocks, a bit each from a block's first on, likewise. */
-RTI_VEC void packet_blocks(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at,
-                           rtk_u32 from, uint64_t places)
+/* Places of blocks, a bit each from a block's first on, for the lanes that enter the leaf's box, RTI_SIMD rays at a time. */
+RTI_VEC void packet_blocks(packet *p, rtk_u32 mode, const rtk_part *part, uint64_t rays, rtk_u32 from, uint64_t places)
 {
-    for (; at < PACKET; at += RTI_SIMD) {
-        rtk_u32 lanes = packet_bits(p->rays, at);
-        if (lanes == 0u || (lanes = packet_enter(p, n, slot, at, lanes)) == 0u)
+    for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
+        const rtk_u32 lanes = packet_bits(rays, at);
+        if (lanes == 0u)
             continue;
         tri_ray r = {V(load)(p->org[p->kx] + at), V(load)(p->org[p->ky] + at), V(load)(p->org[p->kz] + at),
                      V(load)(p->sx + at),         V(load)(p->sy + at),         V(load)(p->dir[p->kz] + at),
@@ -177,6 +176,95 @@ RTI_VEC void packet_blocks(packet *p, rtk_u32 mode, const rtk_part *part, const 
         for (uint64_t k = places; k != 0u; k &= k - 1u)
             packet_triangle(p, mode, part, &r, at, lanes, from + (rtk_u32)__builtin_ctzll(k));
     }
+}
+
+#ifdef RTI_PACK
+/* The triangle at a place may be hit by a lane's ray, as the leaf test in vectors says. */
+RTI_VEC void packet_maybe(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 l, rtk_u32 place, rtk_u32 doubt, float t, float u,
+                          float v)
+{
+    if (doubt) {
+        const rtk_bvhblock *b = &part->bvh.blocks[place / 4u];
+        const rtk_u32 j = place % 4u, x = p->kx, y = p->ky, z = p->kz;
+        const float c0[3] = {b->v0[x][j], b->v0[y][j], b->v0[z][j]}, c1[3] = {b->v1[x][j], b->v1[y][j], b->v1[z][j]};
+        const float c2[3] = {b->v2[x][j], b->v2[y][j], b->v2[z][j]};
+        const rti_tri_pair r = {p->org[x][l], p->org[y][l], p->org[z][l],  p->sx[l],   p->sy[l],
+                                p->dir[z][l], 0.0f,         part->scale, p->tmin[l], mode & RTK_MODE_ANY ? p->tmax[l] : p->t[l]};
+        const int sure = rti_tri_settle(&r, c0, c1, c2, NULL);
+        if (sure > 0 && (mode & RTK_MODE_ANY))
+            p->done |= (uint64_t)1u << l;
+        else if (sure >= 0)
+            packet_ask_late(p, mode, part, l, part->bvh.refs[place]);
+    } else if (mode & RTK_MODE_ANY) {
+        p->done |= (uint64_t)1u << l;
+    } else if (t < p->t[l]) {
+        p->t[l] = t;
+        p->u[l] = u;
+        p->v[l] = v;
+        p->late[l] = rtk_float(place);
+    } else if (t == p->t[l]) {
+        packet_ask_late(p, mode, part, l, part->bvh.refs[place]);
+    }
+}
+
+/* What four rays by four triangles cost, in halves of a triangle for RTI_SIMD rays: closest hits are taken one by one. */
+#define PACKET_PRICE(mode) ((mode) & RTK_MODE_ANY ? 2 : 3)
+
+/* As packet_blocks, of a plain packet, four rays by four triangles at a time: lane 4 r + t is ray r and triangle t. */
+RTI_VEC void packet_fours(packet *p, rtk_u32 mode, const rtk_part *part, uint64_t rays, rtk_u32 from, uint64_t places)
+{
+    const rtk_u32 x = p->kx, y = p->ky, z = p->kz;
+    while (rays != 0u) {
+        rtk_u32 lane[4], n = 0u;
+        for (; n < 4u && rays != 0u; rays &= rays - 1u)
+            lane[n++] = (rtk_u32)__builtin_ctzll(rays);
+        rtk_u32 want = (1u << 4u * n) - 1u;
+        for (; n < 4u; n++)
+            lane[n] = lane[n - 1u];
+        const tri_ray r = {rti_f16_each(p->org[x], lane), rti_f16_each(p->org[y], lane), rti_f16_each(p->org[z], lane),
+                           rti_f16_each(p->sx, lane),     rti_f16_each(p->sy, lane),     rti_f16_each(p->dir[z], lane),
+                           rti_f16_each(p->tmin, lane),   rti_f16_each(p->tmax, lane),   V(set)(0.0f),
+                           V(set)(part->scale)};
+        rtk_u32 at = from;
+        for (uint64_t left = places; left != 0u; left >>= 4u, at += 4u) {
+            const rtk_bvhblock *b = &part->bvh.blocks[at / 4u];
+            const vec v0[3] = {rti_f16_row(b->v0[x]), rti_f16_row(b->v0[y]), rti_f16_row(b->v0[z])};
+            const vec v1[3] = {rti_f16_row(b->v1[x]), rti_f16_row(b->v1[y]), rti_f16_row(b->v1[z])};
+            const vec v2[3] = {rti_f16_row(b->v2[x]), rti_f16_row(b->v2[y]), rti_f16_row(b->v2[z])};
+            tri_hit hit;
+            float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD];
+            rtk_u32 bits = tri_test(&r, v0, v1, v2, want & 0x1111u * (rtk_u32)(left & 15u), &hit);
+            if (bits == 0u)
+                continue;
+            V(store)(t, hit.t);
+            V(store)(u, hit.u);
+            V(store)(v, hit.v);
+            for (; bits != 0u; bits &= bits - 1u) {
+                const rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
+                if ((mode & RTK_MODE_ANY) && (p->done >> lane[i / 4u] & 1u))
+                    continue;
+                packet_maybe(p, mode, part, lane[i / 4u], at + i % 4u, hit.doubt >> i & 1u, t[i], u[i], v[i]);
+            }
+            for (rtk_u32 i = 0u; i < 4u && (mode & RTK_MODE_ANY); i++)
+                want &= p->done >> lane[i] & 1u ? ~(15u << 4u * i) : LANES_ALL;
+        }
+    }
+}
+#endif
+
+/* The lanes from `at` on that enter a slot's box; groups: how many of RTI_SIMD are among them. */
+RTI_VEC uint64_t packet_enters(const packet *p, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at, rtk_u32 *groups)
+{
+    uint64_t in = 0u;
+    *groups = 0u;
+    for (; at < PACKET; at += RTI_SIMD) {
+        rtk_u32 lanes = packet_bits(p->rays, at);
+        if (lanes != 0u && (lanes = packet_enter(p, n, slot, at, lanes)) != 0u) {
+            in |= (uint64_t)lanes << at;
+            ++*groups;
+        }
+    }
+    return in;
 }
 
 /* A leaf for all rays from lane `at` on that enter its box. */
@@ -190,15 +278,26 @@ RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rt
         return;
     }
     for (rtk_u32 from = begin / 4u * 4u; from < end; from += 64u) {
-        uint64_t places = 0u;
+        uint64_t places = 0u, rays;
+        rtk_u32 groups;
         for (rtk_u32 k = from; k < end && k < from + 64u; k += 4u)
             places |= (uint64_t)packet_near(p, &tree->blocks[k / 4u], grow) << (k - from);
         if (begin > from)
             places &= ~(uint64_t)0u << (begin - from);
         if (end - from < 64u)
             places &= ((uint64_t)1u << (end - from)) - 1u;
-        if (places != 0u)
-            packet_blocks(p, mode, part, n, slot, at, from, places);
+        if (places == 0u)
+            continue;
+        rays = packet_enters(p, n, slot, at, &groups);
+#ifdef RTI_PACK
+        const uint64_t pairs = places | places >> 1, blocks = (pairs | pairs >> 2) & 0x1111111111111111u;
+        const int fours = (__builtin_popcountll(rays) + 3) / 4 * __builtin_popcountll(blocks);
+        if (p->plain && fours * PACKET_PRICE(mode) < (int)groups * __builtin_popcountll(places) * 2) {
+            packet_fours(p, mode, part, rays, from, places);
+            continue;
+        }
+#endif
+        packet_blocks(p, mode, part, rays, from, places);
     }
 }
 

@@ -63,6 +63,13 @@ RTI_VEC rti_f16 rti_f16_take(rti_f16 a, rti_i16 from)
 {
     return _mm512_permutexvar_ps(from, a);
 }
+RTI_VEC rti_f16 rti_f16_each(const float *p, const uint32_t at[4])
+{
+    __m512 a = _mm512_set1_ps(p[at[0]]);
+    a = _mm512_mask_broadcastss_ps(a, (__mmask16)0x00f0, _mm_load_ss(p + at[1]));
+    a = _mm512_mask_broadcastss_ps(a, (__mmask16)0x0f00, _mm_load_ss(p + at[2]));
+    return _mm512_mask_broadcastss_ps(a, (__mmask16)0xf000, _mm_load_ss(p + at[3]));
+}
 RTI_VEC rti_f16 rti_f16_row(const float *p)
 {
     return _mm512_broadcast_f32x4(_mm_loadu_ps(p));
