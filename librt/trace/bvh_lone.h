@@ -207,19 +207,14 @@ RTI_VEC void lone_start(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 lane)
     w->top = 1u;
 }
 
-/* Lanes whose dominant axis is x, y; that of the others is z. */
+/* Lanes whose dominant axis, as a packet's `kind`, is x, y; that of the others is z. */
 typedef struct lone_axes {
     vmask first, second;
 } lone_axes;
 
-RTI_VEC lone_axes lone_axes_of(const packet *p, rtk_u32 at)
+RTI_VEC lone_axes lone_axes_of(vec kind)
 {
-    rtk_u32 first = 0u, second = 0u;
-    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
-        first |= (rtk_u32)((p->axis[at + i] & 3u) == 0u) << i;
-        second |= (rtk_u32)((p->axis[at + i] & 3u) == 1u) << i;
-    }
-    return (lone_axes){VM(of)(first), VM(of)(second)};
+    return (lone_axes){V(eq)(kind, V(set)(0.0f)), V(eq)(kind, V(set)(1.0f))};
 }
 
 /* Of each lane the component along its dominant axis: x, y or z. */
@@ -246,7 +241,7 @@ RTI_VEC uint64_t lone_prepare(lone_all *a, uint64_t rays)
             d[k] = V(load)(p->dir[k] + at);
             fit &= VM(bits)(V(le)(V(abs)(o * V(load)(p->inv[k] + at)), most));
         }
-        axes = lone_axes_of(p, at);
+        axes = lone_axes_of(V(load)(p->kind + at));
         dz = lone_turned(&axes, d[0], d[1], d[2]);
         V(store)(a->sx + at, lone_turned(&axes, d[1], d[2], d[0]) / dz);
         V(store)(a->sy + at, lone_turned(&axes, d[2], d[0], d[1]) / dz);

@@ -43,8 +43,8 @@ RTI_VEC void mixed_start(const lone_all *a, mixed *m, rtk_u32 from, rtk_u32 lane
     m->from = from;
     m->t0 = V(load)(p->t0 + from);
     m->t1 = V(load)(p->t1 + from);
-    m->axes = lone_axes_of(p, from);
-    m->axis = V(select)(m->axes.first, V(set)(0.0f), V(select)(m->axes.second, V(set)(1.0f), V(set)(2.0f)));
+    m->axis = V(load)(p->kind + from);
+    m->axes = lone_axes_of(m->axis);
     for (rtk_u32 k = 0u; k < 3u; k++) {
         vec x, y;
         org[k] = V(load)(p->org[k] + from);
@@ -189,8 +189,7 @@ RTI_VEC void mixed_fours(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, 
     for (rtk_u32 from = 0u, left = lanes; from < n; from += 4u) {
         const rti_i16 which = rti_i16_fours(lanes, from);
         const rtk_u32 want = n - from < 4u ? (1u << 4u * (n - from)) - 1u : LANES_ALL;
-        const vec axis = rti_f16_take(m->axis, which);
-        const lone_axes axes = {V(eq)(axis, V(set)(0.0f)), V(eq)(axis, V(set)(1.0f))};
+        const lone_axes axes = lone_axes_of(rti_f16_take(m->axis, which));
         const tri_ray r = {rti_f16_take(m->tri.ox, which),   rti_f16_take(m->tri.oy, which),   rti_f16_take(m->tri.oz, which),
                            rti_f16_take(m->tri.sx, which),   rti_f16_take(m->tri.sy, which),   rti_f16_take(m->tri.kdz, which),
                            rti_f16_take(m->tri.tmin, which), rti_f16_take(m->tri.tmax, which), V(set)(0.0f),

@@ -27,7 +27,8 @@ typedef struct packet {
     float prim[PACKET], geom[PACKET];                     /* of those, as bits */
     rtk_u32 mask[PACKET];
     uint64_t done;          /* any hit: nothing is asked any more */
-    rtk_u32 axis[PACKET];   /* order of axes and octant */
+    rtk_u32 axis[PACKET];   /* dominant axis in the lowest two bits, octant in the next three */
+    float kind[PACKET], key[PACKET]; /* dominant axis, and all of axis, as numbers */
     rtk_u32 spread;         /* the rays were taken out of those that start all over the part */
     rtk_u32 common, masked; /* the rays' mask; != 0: they have several */
     /* Where each hit counts (plain), whose the best hit is, is asked when the walk ends: a triangle's reference and record are
@@ -76,6 +77,34 @@ RTI_VEC void packet_pick(const rtk_trace_block *blocks, rtk_u32 first, const uin
     }
 }
 
+/* Of RTI_SIMD rays the order of axes and the octant. */
+RTI_VEC void packet_key(packet *p, const packet_rays *r, rtk_u32 at)
+{
+    typedef int32_t whole __attribute__((vector_size(RTI_SIMD * sizeof(int32_t))));
+    const vec zero = V(set)(0.0f), kind = V(select)(VM(of)(r->axes[1]), V(set)(1.0f), V(select)(VM(of)(r->axes[2]), V(set)(2.0f), zero));
+    vec key = kind;
+    for (rtk_u32 i = 0u; i < 3u; i++)
+        key = key + V(select)(VM(of)(r->back[i]), V(set)((float)(4u << i)), zero);
+    const whole axis = __builtin_convertvector(key, whole);
+    V(store)(p->kind + at, kind);
+    V(store)(p->key + at, key);
+    memcpy(p->axis + at, &axis, sizeof axis);
+}
+
+/* Whether some of the lanes' masks are not `common`. */
+RTI_VEC rtk_u32 packet_differ(const rtk_u32 *mask, rtk_u32 lanes, rtk_u32 common)
+{
+    rtk_u32 differ = 0u;
+    if (lanes == LANES_ALL) {
+        for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
+            differ |= mask[i] ^ common;
+        return differ;
+    }
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
+        differ |= lanes >> i & 1u ? mask[i] ^ common : 0u;
+    return differ;
+}
+
 /* Loads n rays out of `rays`, where [first, first + n) stand, or what packet_pick made of as many picks; returns those that are
  * valid. */
 RTI_VEC uint64_t packet_load(packet *p, const rtk_scene *scene, const rtk_trace_block *blocks, rtk_u32 first, const uint16_t *picks,
@@ -90,8 +119,11 @@ RTI_VEC uint64_t packet_load(packet *p, const rtk_scene *scene, const rtk_trace_
     p->done = 0u;
     p->masked = 0u;
     p->common = rays[0].mask[0];
-    if (n < PACKET)
+    if (n < PACKET) {
         memset(p->axis, 0, sizeof p->axis);
+        memset(p->kind, 0, sizeof p->kind);
+        memset(p->key, 0, sizeof p->key);
+    }
     for (rtk_u32 at = 0u; at < PACKET && at < n; at += RTI_SIMD) {
         const rtk_trace_block *b = &rays[at / RTK_BLOCK];
         rtk_u32 k = at % RTK_BLOCK, ok;
@@ -110,15 +142,11 @@ RTI_VEC uint64_t packet_load(packet *p, const rtk_scene *scene, const rtk_trace_
         V(store)(p->v + at, V(set)(0.0f));
         V(store)(p->prim + at, V(set)(rtk_float(RTK_INVALID)));
         V(store)(p->geom + at, V(set)(rtk_float(RTK_INVALID)));
-        for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
-            p->axis[at + i] = (r.axes[1] >> i & 1u) | (r.axes[2] >> i & 1u) << 1 | (r.back[0] >> i & 1u) << 2 |
-                              (r.back[1] >> i & 1u) << 3 | (r.back[2] >> i & 1u) << 4;
-            p->mask[at + i] = b->mask[k + i];
-        }
+        packet_key(p, &r, at);
+        memcpy(p->mask + at, b->mask + k, RTI_SIMD * sizeof *p->mask);
         if (n - at < RTI_SIMD)
             ok &= (1u << (n - at)) - 1u;
-        for (rtk_u32 i = 0u; i < RTI_SIMD && p->masked == 0u; i++)
-            p->masked |= ok >> i & 1u ? p->mask[at + i] ^ p->common : 0u;
+        p->masked |= packet_differ(b->mask + k, ok, p->common);
         valid |= (uint64_t)ok << at;
     }
     return valid;

@@ -30,10 +30,10 @@ static void RTK_NAME(packet_part)(packet *p, const rtk_part *part, uint64_t rays
     rays = packet_prepare(p, part, rays, &far);
     RTK_NAME(packet_single)(p, part, far);
     while (rays != 0u) {
-        rtk_u32 key = p->axis[__builtin_ctzll(rays)];
+        const vec key = V(set)(p->key[__builtin_ctzll(rays)]);
         uint64_t same = 0u;
-        for (rtk_u32 i = 0u; i < PACKET; i++)
-            same |= (uint64_t)(p->axis[i] == key) << i;
+        for (rtk_u32 i = 0u; i < PACKET; i += RTI_SIMD)
+            same |= (uint64_t)VM(bits)(V(eq)(V(load)(p->key + i), key)) << i;
         same &= rays;
         rays &= ~same;
         if ((rtk_u32)__builtin_popcountll(same) >= PACKET_FEW) {
