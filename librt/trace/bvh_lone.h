@@ -1,9 +1,9 @@
 /* Rays that go one by one through the eight-wide BVH, from its root or from where they part (bvh_mixed.h), for hot files.
  *
  * They are loaded and prepared in vectors as those of a packet (bvh_packet.h) and leave their hits there. This is for triangles
- * in blocks of a group each hit of which counts (lone_fits). The walk is that of bvh_lanes.inl but for this: planes are met at plane * inv - org * inv. The product org * inv is rounded, by 2^-24 of |org| <=
- * RTK_FAR scale, which is a sixteenth of what RTK_GROW holds in reserve (ray.h, theory point 3). Rays for which it would leave
- * the floats' range go by bvh_lanes.inl.
+ * in blocks of a group each hit of which counts (lone_fits). The walk is that of bvh_lanes.inl but for this: planes are met at
+ * plane * inv - org * inv. The product org * inv is rounded, by 2^-24 of |org| <= RTK_FAR scale, which is a sixteenth of what
+ * RTK_GROW holds in reserve (ray.h, theory point 3). Rays for which it would leave the floats' range go by bvh_lanes.inl.
  */
 #ifndef RTI_BVH_LONE_H
 #define RTI_BVH_LONE_H

@@ -4,8 +4,9 @@
  * there (bvh_lone.h). The slots of a node are asked first for the box around all of the rays' ways, which is one test for eight
  * slots, then one after the other for all rays. Of those that some ray enters the nearest comes next; the others wait in no order,
  * for a branch that none can foresee costs more than a node. A leaf is met by all rays at once, a triangle at a time, or by four
- * rays and four triangles at a time, or by one ray after the other and four triangles: whichever is less. (Packets that fall apart into single rays: Benthin, Wald, Woop, Ernst, Mark
- * 2012; the box around all ways: Boulos, Wald, Benthin 2008.) Short rays, as those of ambient occlusion, gain most.
+ * rays and four triangles at a time, or by one ray after the other and four triangles: whichever is less. (Packets that fall apart
+ * into single rays: Benthin, Wald, Woop, Ernst, Mark 2012; the box around all ways: Boulos, Wald, Benthin 2008.) Short rays, as
+ * those of ambient occlusion, gain most.
  */
 #ifndef RTI_BVH_MIXED_H
 #define RTI_BVH_MIXED_H
@@ -143,18 +144,31 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
     if (mode & RTK_MODE_ANY) {
         rtk_u32 sure = 0u;
         if (__builtin_popcount(doubt) >= SETTLE_MANY) {
-            ask = packet_settle_many(&m->tri, &m->tri.tmax, v0, v1, v2, doubt, &sure);
+            ask = packet_settle_many(&m->tri, &m->tri.tmax, v0, v1, v2, doubt, &sure, NULL);
             doubt = 0u;
         }
         p->done |= (uint64_t)(hit->hit | sure) << m->from;
     } else {
-        const vec best = V(load)(p->t + m->from), low = V(load)(m->low);
-        const rtk_u32 take = hit->hit & VM(bits)(V(lt)(hit->t, low));
+        vec best = V(load)(p->t + m->from), low = V(load)(m->low);
+        rtk_u32 take = hit->hit & VM(bits)(V(lt)(hit->t, low));
         ask = hit->hit & ~take & VM(bits)(V(le)(hit->t, best)); /* the order of hits decides, or one that was put aside */
-        V(store)(p->t + m->from, V(select)(VM(of)(take), hit->t, best));
-        V(store)(m->low, V(select)(VM(of)(take), hit->t, low));
+        best = V(select)(VM(of)(take), hit->t, best);
+        low = V(select)(VM(of)(take), hit->t, low);
         V(store)(p->u + m->from, V(select)(VM(of)(take), hit->u, V(load)(p->u + m->from)));
         V(store)(p->v + m->from, V(select)(VM(of)(take), hit->v, V(load)(p->v + m->from)));
+        if (__builtin_popcount(doubt) >= SETTLE_MANY) { /* as lone_doubt */
+            vec within[2];
+            rtk_u32 sure, aside;
+            ask |= packet_settle_many(&m->tri, &best, v0, v1, v2, doubt, &sure, within);
+            aside = sure & VM(bits)(V(lt)(within[1], low));
+            ask |= sure & ~aside;
+            best = V(select)(VM(of)(aside), within[1], best);
+            low = V(select)(VM(of)(aside), within[0], low);
+            take |= aside;
+            doubt = 0u;
+        }
+        V(store)(p->t + m->from, best);
+        V(store)(m->low, low);
         for (rtk_u32 l = take; l != 0u; l &= l - 1u)
             m->late[__builtin_ctz(l)] = place;
         if (take)
@@ -219,7 +233,7 @@ RTI_VEC void mixed_fours(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, 
                     continue;
                 mixed_get(m, lane[i / 4u], &w);
                 if (hit.doubt >> i & 1u) {
-                    if (i / 4u == ray && a->tree.refs[place] == last) /* a block's last triangle stands in the lanes that are left */
+                    if (i / 4u == ray && a->tree.refs[place] == last) /* a block's last triangle fills it up */
                         continue;
                     last = a->tree.refs[place];
                     ray = i / 4u;
@@ -281,7 +295,7 @@ RTI_VEC void mixed_walk(lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 lanes)
     } stack[RTK_BVH_STACK + RTK_BVH_WIDTH];
     vec enter[RTK_BVH_STACK + RTK_BVH_WIDTH];
     mixed m;
-    rtk_u32 top = 0u, at = 0u, count = 0u, here = lanes;
+    rtk_u32 top = 0u, at = 0u, count = 0u, here = lanes, steps = 0u;
     mixed_start(a, &m, from, lanes);
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
         m.late[i] = RTK_INVALID;
@@ -289,15 +303,18 @@ RTI_VEC void mixed_walk(lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 lanes)
     m.t1 = mode & RTK_MODE_ANY ? m.t1 : V(min)(m.t1, V(load)(a->p->t + from));
     for (;;) {
         if (count != 0u || __builtin_popcount(here) <= MIXED_FEW) {
-            if (count != 0u)
+            if (count != 0u) {
                 mixed_leaf(a, &m, mode, at, count, here);
-            else
+            } else {
                 mixed_lone(a, &m, mode, at, count, here);
+                steps += (rtk_u32)__builtin_popcount(here);
+            }
             if (!(mode & RTK_MODE_ANY))
                 m.t1 = V(min)(m.t1, V(load)(a->p->t + from));
         } else {
             const rtk_bvhnode *n = &a->tree.bvh[at];
             const rtk_u32 first = top;
+            steps++;
             rtk_u32 next = top;
             float least = RTK_INF;
             for (rtk_u32 bits = mixed_near(&m, n); bits != 0u;) { /* any hit takes the slots in their order (kernel/bvh.h) */
@@ -344,6 +361,7 @@ RTI_VEC void mixed_walk(lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 lanes)
         count = stack[top].count;
     }
 end:
+    a->p->steps += steps;
     for (rtk_u32 i = 0u; i < RTI_SIMD && !(mode & RTK_MODE_ANY); i++)
         if (m.late[i] != RTK_INVALID) {
             lone w;

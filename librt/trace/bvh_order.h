@@ -4,8 +4,9 @@
  * Rays of a batch mostly start beside those before and behind them, as bounces of one tile do: then runs of ORDER_RUN are ordered,
  * each for itself, by direction alone. That pays where rays go far, as in a room; where most leave the scene, as they do from
  * a statue, nothing is worth more than a common start. So a run is ordered when of the one before it enough have hit. Rays that
- * start all over the part are ordered by the cell that they start in and by direction, a chunk at a time. Both are counting
- * sorts; with what comes of them an ordered ray costs some thirty cycles more. (Garanzha, Loop 2010.)
+ * start all over the part are ordered by the cell that they start in and by direction, a chunk at a time, when a first run of them
+ * takes its time. Both are counting sorts; with what comes of them an ordered ray costs some thirty cycles more. (Garanzha,
+ * Loop 2010.)
  */
 #ifndef RTI_BVH_ORDER_H
 #define RTI_BVH_ORDER_H
@@ -16,7 +17,8 @@
 #define ORDER_RUN    256u
 #define ORDER_HITS   3u    /* a run is ordered when of the one before it one ray in so many has hit, or more */
 #define ORDER_TURNS  4u    /* and when of its first rays one in so many, or more, is of another class than the one before it */
-#define ORDER_WAYS   96u   /* classes of directions: octant, dominant axis, and for the other two whether they are above half of it */
+#define ORDER_STEPS  6u    /* of a first run so many steps (packet) for sixteen rays, or more */
+#define ORDER_WAYS   96u   /* classes of directions: octant, dominant axis, whether the other two are above half of it */
 #define ORDER_CELLS  512u  /* 8 x 8 x 8, in Morton order */
 #define ORDER_SPREAD 0.25f /* of the part's size: packets that start over more of it start all over it */
 
@@ -28,21 +30,24 @@ typedef struct order {
     uint16_t between[ORDER_MOST], cell[ORDER_MOST], way[ORDER_MOST];
 } order;
 
+RTI_VEC void order_put(uint16_t *to, vec_whole a)
+{
+    const vec_short x = __builtin_convertvector(a, vec_short);
+    memcpy(to, &x, sizeof x);
+}
+
 /* The classes of RTI_SIMD directions. */
 RTI_VEC void order_ways(uint16_t *way, const rtk_trace_block *b, rtk_u32 lane)
 {
     const vec zero = V(set)(0.0f), half = V(set)(0.5f), one = V(set)(1.0f);
     const vec d[3] = {V(load)(b->dx + lane), V(load)(b->dy + lane), V(load)(b->dz + lane)};
     const vec x = V(abs)(d[0]), y = V(abs)(d[1]), z = V(abs)(d[2]), most = V(max)(V(max)(x, y), z) * half;
-    float of[RTI_SIMD];
     const lone_axes axes = {V(lt)(V(max)(y, z), x), V(lt)(z, y)};
     vec w = V(select)(V(lt)(d[0], zero), V(set)(48.0f), zero) + V(select)(V(lt)(d[1], zero), V(set)(24.0f), zero);
     w = w + V(select)(V(lt)(d[2], zero), V(set)(12.0f), zero) + lone_turned(&axes, zero, V(set)(4.0f), V(set)(8.0f));
     w = w + V(select)(V(lt)(most, lone_turned(&axes, y, z, x)), V(set)(2.0f), zero);
     w = w + V(select)(V(lt)(most, lone_turned(&axes, z, x, y)), one, zero);
-    V(store)(of, w);
-    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
-        way[i] = (uint16_t)of[i];
+    order_put(way, __builtin_convertvector(w, vec_whole));
 }
 
 /* The bounds of where the rays of some blocks start. */
@@ -81,14 +86,15 @@ RTI_VEC int order_is_spread(const rtk_trace_block *rays, rtk_u32 n, const rtk_pa
 /* The cells that RTI_SIMD rays start in. */
 RTI_VEC void order_cells(uint16_t *cell, const rtk_trace_block *b, rtk_u32 lane, const float lo[3], const float by[3])
 {
-    static const uint16_t apart[8] = {0u, 1u, 8u, 9u, 64u, 65u, 72u, 73u}; /* the bits of a number, two places between them */
     const float *const org[3] = {b->ox + lane, b->oy + lane, b->oz + lane};
     const vec zero = V(set)(0.0f), last = V(set)(7.0f);
-    float of[3][RTI_SIMD];
-    for (rtk_u32 k = 0u; k < 3u; k++)
-        V(store)(of[k], V(min)(V(max)((V(load)(org[k]) - V(set)(lo[k])) * V(set)(by[k]), zero), last)); /* of a NaN 0 */
-    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
-        cell[i] = (uint16_t)(apart[(rtk_u32)of[0][i]] | apart[(rtk_u32)of[1][i]] << 1 | apart[(rtk_u32)of[2][i]] << 2);
+    vec_whole all = {0};
+    for (rtk_u32 k = 0u; k < 3u; k++) { /* the bits of the three numbers by turns */
+        const vec x = V(min)(V(max)((V(load)(org[k]) - V(set)(lo[k])) * V(set)(by[k]), zero), last); /* of a NaN 0 */
+        const vec_whole i = __builtin_convertvector(x, vec_whole);
+        all |= ((i & 1) | (i & 2) << 2 | (i & 4) << 4) << (int)k;
+    }
+    order_put(cell, all);
 }
 
 /* Puts n numbers, `in` or 0, 1, 2 ... (NULL), into the order of their keys, which are below `keys`. */

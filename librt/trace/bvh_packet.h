@@ -27,6 +27,7 @@ typedef struct packet {
     float prim[PACKET], geom[PACKET];                     /* of those, as bits */
     rtk_u32 mask[PACKET];
     uint64_t done;          /* any hit: nothing is asked any more */
+    rtk_u32 steps;          /* nodes that rays which are not coherent were at together, and walks of single ones from there */
     rtk_u32 axis[PACKET];   /* dominant axis in the lowest two bits, octant in the next three */
     float kind[PACKET], key[PACKET]; /* dominant axis, and all of axis, as numbers */
     rtk_u32 spread;         /* the rays were taken out of those that start all over the part */
@@ -80,12 +81,12 @@ RTI_VEC void packet_pick(const rtk_trace_block *blocks, rtk_u32 first, const uin
 /* Of RTI_SIMD rays the order of axes and the octant. */
 RTI_VEC void packet_key(packet *p, const packet_rays *r, rtk_u32 at)
 {
-    typedef int32_t whole __attribute__((vector_size(RTI_SIMD * sizeof(int32_t))));
-    const vec zero = V(set)(0.0f), kind = V(select)(VM(of)(r->axes[1]), V(set)(1.0f), V(select)(VM(of)(r->axes[2]), V(set)(2.0f), zero));
+    const vec zero = V(set)(0.0f), third = V(select)(VM(of)(r->axes[2]), V(set)(2.0f), zero);
+    const vec kind = V(select)(VM(of)(r->axes[1]), V(set)(1.0f), third);
     vec key = kind;
     for (rtk_u32 i = 0u; i < 3u; i++)
         key = key + V(select)(VM(of)(r->back[i]), V(set)((float)(4u << i)), zero);
-    const whole axis = __builtin_convertvector(key, whole);
+    const vec_whole axis = __builtin_convertvector(key, vec_whole);
     V(store)(p->kind + at, kind);
     V(store)(p->key + at, key);
     memcpy(p->axis + at, &axis, sizeof axis);

@@ -96,9 +96,9 @@ RTI_VEC void RTK_NAME(packet_out)(const packet *p, rtk_u32 n, rtk_hit_block *hit
 }
 
 /* n rays from `first` on, or of as many picks those that `picked` holds. */
-RTI_VEC void RTK_NAME(packet_all)(packet *p, const rtk_scene *scene, const rtk_trace_block *rays, rtk_u32 first, const uint16_t *picks,
-                                  const rtk_trace_block *picked, rtk_u32 n, rtk_hit_block *hits, uint16_t *occluded,
-                                  rti_scratch *scratch, int coherent)
+RTI_VEC void RTK_NAME(packet_all)(packet *p, const rtk_scene *scene, const rtk_trace_block *rays, rtk_u32 first,
+                                  const uint16_t *picks, const rtk_trace_block *picked, rtk_u32 n, rtk_hit_block *hits,
+                                  uint16_t *occluded, rti_scratch *scratch, int coherent)
 {
     const rtk_group *g = scene->groups;
     const int plain = packet_plain(scene);
@@ -130,18 +130,24 @@ static void RTK_NAME(lone_chunk)(packet *p, const rtk_scene *scene, const rtk_tr
     rtk_trace_block picked[PACKET / RTK_BLOCK];
     order o;
     p->spread = order_is_spread(chunk, n, part);
-    const int all = orders && p->spread && !large; /* else, of those that start near each other, run after run */
-    if (all) {
-        order_spread(&o, chunk, n, part);
+    const int spread = orders && p->spread && !large; /* else, of those that start near each other, run after run */
+    rtk_u32 hit = 0u, base = n; /* base: from there on all are in one order */
+    if (spread) {
         p->spread = 0u;
+        base = n < ORDER_MOST / 2u ? 0u : n;
     }
-    for (rtk_u32 at = 0u, hit = 0u; at < n; at += ORDER_RUN) {
+    p->steps = 0u;
+    for (rtk_u32 at = 0u; at < n; at += ORDER_RUN) {
         const rtk_u32 end = rtk_umin(at + ORDER_RUN, n);
-        const int run = orders && !p->spread && !all && hit >= ORDER_RUN / ORDER_HITS && order_run(&o, chunk, at, end - at);
+        if (spread && at == ORDER_RUN && p->steps >= ORDER_STEPS * (ORDER_RUN / 16u))
+            base = rtk_umin(base, at);
+        if (at == base)
+            order_spread(&o, chunk + base / RTK_BLOCK, n - base, part);
+        const int run = orders && !p->spread && !spread && hit >= ORDER_RUN / ORDER_HITS && order_run(&o, chunk, at, end - at);
         hit = 0u;
         for (rtk_u32 k = at; k < end; k += PACKET) {
-            const rtk_u32 size = rtk_umin(end - k, PACKET), first = from + (run ? at : all ? 0u : k);
-            const uint16_t *picks = run || all ? o.ray + k : NULL;
+            const rtk_u32 size = rtk_umin(end - k, PACKET), first = from + (run ? at : at >= base ? base : k);
+            const uint16_t *picks = run ? o.ray + k : at >= base ? o.ray + (k - base) : NULL;
             if (picks)
                 packet_pick(rays, first, picks, size, picked);
             RTK_NAME(packet_all)(p, scene, rays, first, picks, picks ? picked : chunk + k / RTK_BLOCK, size, hits, occluded, scratch,

@@ -37,6 +37,7 @@
 #define SETTLE_DET_MOST 1e38
 #define SETTLE_OFF      2.4e-6 /* `off`: of scale / |kdz|, and of t */
 #define SETTLE_OFF_T    1e-6
+#define SETTLE_ROUND    2e-7 /* of t: what it lies between is rounded to floats */
 
 typedef struct rti_tri_pair {
     float ox, oy, oz, sx, sy, kdz, tshift, scale, tmin, tmax;
@@ -64,7 +65,7 @@ RTI_VEC int rti_tri_settle(const rti_tri_pair *r, const float v0[3], const float
     if (t + off < r->tmin || t - off > r->tmax)
         return -1;
     if (within) {
-        const double more = off + 2e-7 * (t < 0.0 ? -t : t); /* they are rounded to floats */
+        const double more = off + SETTLE_ROUND * (t < 0.0 ? -t : t);
         within[0] = (float)(t - more);
         within[1] = (float)(t + more);
     }
