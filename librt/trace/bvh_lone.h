@@ -103,7 +103,7 @@ RTI_VEC int lone_doubt(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 place)
         p->done |= (uint64_t)1u << l;
         return 1;
     }
-    if (sure == 0 || within[1] >= w->low)
+    if (sure == 0 || within[1] >= w->low || !(within[0] < within[1]))
         return lone_ask(a, w, mode, a->tree.refs[place]);
     w->low = within[0];
     p->t[l] = within[1];

@@ -160,7 +160,7 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
             vec within[2];
             rtk_u32 sure, aside;
             ask |= packet_settle_many(&m->tri, &best, v0, v1, v2, doubt, &sure, within);
-            aside = sure & VM(bits)(V(lt)(within[1], low));
+            aside = sure & VM(bits)(V(lt)(within[1], low)) & VM(bits)(V(lt)(within[0], within[1]));
             ask |= sure & ~aside;
             best = V(select)(VM(of)(aside), within[1], best);
             low = V(select)(VM(of)(aside), within[0], low);

@@ -58,12 +58,12 @@ RTI_VEC rtk_u32 packet_number(const packet *p, rtk_u32 lane)
     return p->first + (p->picks ? p->picks[lane] : lane);
 }
 
-/* n picked rays side by side. */
+/* n picked rays side by side; the last one again up to whole vectors. */
 RTI_VEC void packet_pick(const rtk_trace_block *blocks, rtk_u32 first, const uint16_t *picks, rtk_u32 n,
                          rtk_trace_block out[PACKET / RTK_BLOCK])
 {
-    for (rtk_u32 i = 0u; i < n; i++) {
-        const rtk_u32 number = first + picks[i], k = number % RTK_BLOCK, l = i % RTK_BLOCK;
+    for (rtk_u32 i = 0u; i < (n + RTI_SIMD - 1u) / RTI_SIMD * RTI_SIMD; i++) {
+        const rtk_u32 number = first + picks[rtk_umin(i, n - 1u)], k = number % RTK_BLOCK, l = i % RTK_BLOCK;
         const rtk_trace_block *b = &blocks[number / RTK_BLOCK];
         rtk_trace_block *to = &out[i / RTK_BLOCK];
         to->ox[l] = b->ox[k];
@@ -167,9 +167,9 @@ RTI_VEC uint64_t packet_prepare(packet *p, const rtk_part *part, uint64_t rays, 
             org[i] = V(load)(p->org[i] + at);
             inv[i] = V(load)(p->inv[i] + at);
         }
-        meet |= (uint64_t)(want & packet_rays_enter(org, inv, V(load)(p->tmin + at), V(load)(p->tmax + at), part, &t0, &t1, &out))
+        meet |= (uint64_t)packet_rays_enter(org, inv, V(load)(p->tmin + at), V(load)(p->tmax + at), want, part, &t0, &t1, &out)
                 << at;
-        *far |= (uint64_t)(want & out) << at;
+        *far |= (uint64_t)out << at;
         V(store)(p->t0 + at, t0);
         V(store)(p->t1 + at, t1);
     }
@@ -290,7 +290,7 @@ RTI_VEC void packet_hits(const packet *p, rtk_u32 at, rtk_hit_block *out, rtk_u3
 RTI_VEC rtk_u32 packet_count(const packet *p, rtk_u32 n)
 {
     uint64_t hit = 0u;
-    for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD)
+    for (rtk_u32 at = 0u; at < n; at += RTI_SIMD)
         hit |= (uint64_t)VM(bits)(V(lt)(V(load)(p->t + at), V(load)(p->tmax + at))) << at;
     return (rtk_u32)__builtin_popcountll(n < PACKET ? hit & (((uint64_t)1u << n) - 1u) : hit);
 }

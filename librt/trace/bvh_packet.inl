@@ -114,7 +114,7 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
                               uint32_t count, rti_scratch *scratch)
 {
     packet p;
-    p.spread = 0u;
+    p.spread = p.steps = 0u;
     for (rtk_u32 first = 0u; first < count; first += PACKET)
         RTK_NAME(packet_all)(&p, scene, rays, first, NULL, rays + first / RTK_BLOCK, rtk_umin(count - first, PACKET), hits, occluded,
                              scratch, 1);
@@ -171,6 +171,7 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
             RTK_NAME(lone_chunk)(&p, scene, rays, from, rtk_umin(count - from, ORDER_MOST), hits, occluded, scratch);
         return;
     }
+    p.steps = 0u;
     p.spread = weave_large(&g->parts->bvh) && order_is_spread(rays, count, g->parts);
     for (rtk_u32 first = 0u; first < count; first += PACKET)
         RTK_NAME(packet_all)(&p, scene, rays, first, NULL, rays + first / RTK_BLOCK, rtk_umin(count - first, PACKET), hits, occluded,

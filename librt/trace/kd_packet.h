@@ -58,13 +58,12 @@ RTI_VEC void kd_packet_load(kd_packet *p, const rtk_scene *scene, const rtk_trac
 /* Returns the lanes that enter the part. far: those whose origins would be moved. */
 RTI_VEC uint32_t kd_packet_prepare(kd_packet *p, const rtk_part *part, uint32_t *far)
 {
-    uint32_t in = packet_rays_enter(p->r.org, p->r.inv, p->r.tmin, p->r.tmax, part, &p->t0, &p->t1, far);
+    uint32_t in = packet_rays_enter(p->r.org, p->r.inv, p->r.tmin, p->r.tmax, p->live, part, &p->t0, &p->t1, far);
     p->part = part;
     p->ready = p->missed = 0;
     for (uint32_t i = 0; i < KD_TRIED; i++)
         p->tried[i] = RTK_INVALID;
-    *far &= p->live;
-    return in & p->live;
+    return in;
 }
 
 /* Of `rest`, the lanes that walk with its first one; sets what they share. */

@@ -84,10 +84,10 @@ RTI_VEC rtk_u32 packet_rays_pass(const vec org[3], const vec inv[3], vec tmin, c
     return VM(bits)(V(lt)(out, in)) | (VM(bits)(V(lt)(out, zero)) & VM(bits)(V(le)(zero, tmin)));
 }
 
-/* What rtk_ray_prepare settles: returns the lanes that enter the part, and where. far: those that may, whose origins would be
- * moved. */
-RTI_VEC rtk_u32 packet_rays_enter(const vec org[3], const vec inv[3], vec tmin, vec tmax, const rtk_part *part, vec *t0, vec *t1,
-                                  rtk_u32 *far)
+/* What rtk_ray_prepare settles: returns those of `lanes` that enter the part, and where. far: those that may, whose origins would
+ * be moved. */
+RTI_VEC rtk_u32 packet_rays_enter(const vec org[3], const vec inv[3], vec tmin, vec tmax, rtk_u32 lanes, const rtk_part *part,
+                                  vec *t0, vec *t1, rtk_u32 *far)
 {
     const float lo[3] = {part->lo.x, part->lo.y, part->lo.z}, hi[3] = {part->hi.x, part->hi.y, part->hi.z};
     const vec edge = V(set)(RTK_FAR * part->scale);
@@ -100,7 +100,8 @@ RTI_VEC rtk_u32 packet_rays_enter(const vec org[3], const vec inv[3], vec tmin, 
         out = V(min)(out, V(max)(x, y));
         *far |= VM(bits)(V(lt)(edge, V(abs)(org[a])));
     }
-    meet = VM(bits)(V(le)(in, out)) & ~VM(bits)(V(lt)(out, tmin)) & ~VM(bits)(V(lt)(tmax, in));
+    *far &= lanes;
+    meet = lanes & VM(bits)(V(le)(in, out)) & ~VM(bits)(V(lt)(out, tmin)) & ~VM(bits)(V(lt)(tmax, in));
     *t0 = V(max)(in, tmin);
     *t1 = V(min)(out, tmax);
     meet &= ~*far;
@@ -142,7 +143,8 @@ __attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ra
         const settle_vec u = x[CX] * x[BY] - x[CY] * x[BX], v = x[AX] * x[CY] - x[AY] * x[CX], w = x[BX] * x[AY] - x[BY] * x[AX];
         const settle_vec det = u + v + w, size = SETTLE_ABS(det);
         const settle_vec near = (x[AZ] + (v * (x[BZ] - x[AZ]) + w * (x[CZ] - x[AZ])) / det) / x[KDZ];
-        const settle_vec off = SETTLE_OFF * x[SCALE] / SETTLE_ABS(x[KDZ]) + SETTLE_OFF_T * (SETTLE_ABS(near) + SETTLE_ABS(x[TSHIFT]));
+        const settle_vec wide = SETTLE_OFF * x[SCALE] / SETTLE_ABS(x[KDZ]) + SETTLE_OFF_LEAST;
+        const settle_vec off = wide + SETTLE_OFF_T * (SETTLE_ABS(near) + SETTLE_ABS(x[TSHIFT]));
         const settle_vec t = near + x[TSHIFT];
         const settle_mask out = ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0));
         const settle_mask good = ~out & (size > SETTLE_DET * (x[MX] * x[MY])) & (size < SETTLE_DET_MOST);
@@ -151,6 +153,8 @@ __attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ra
         const settle_vec word = (settle_vec)(((settle_mask)(nought + 1.0) & some) | ((settle_mask)(nought - 1.0) & none));
         half = __builtin_convertvector(word, settle_half);
         memcpy(says + at, &half, sizeof half);
+        if (!within)
+            continue;
         const settle_vec more = off + SETTLE_ROUND * SETTLE_ABS(t);
         half = __builtin_convertvector(t - more, settle_half);
         memcpy(low + at, &half, sizeof half);

@@ -33,11 +33,12 @@
  * on |det| keeps below 2^-26 scale; the plane's depth, which may stand for it, is no farther than 2^-19 scale. So t is no farther
  * than `off`. v0, v1, v2: the corners in the ray's order of axes. within (may be NULL): of a hit for certain, what t lies between.
  */
-#define SETTLE_DET      6.2e-5 /* bounds on |det|: of |x| |y|, and of all */
-#define SETTLE_DET_MOST 1e38
-#define SETTLE_OFF      2.4e-6 /* `off`: of scale / |kdz|, and of t */
-#define SETTLE_OFF_T    1e-6
-#define SETTLE_ROUND    2e-7 /* of t: what it lies between is rounded to floats */
+#define SETTLE_DET       6.2e-5 /* bounds on |det|: of |x| |y|, and of all */
+#define SETTLE_DET_MOST  1e38
+#define SETTLE_OFF       2.4e-6 /* `off`: of scale / |kdz|, and of t */
+#define SETTLE_OFF_T     1e-6
+#define SETTLE_OFF_LEAST 5e-45 /* more than floats lie apart when they are denormal */
+#define SETTLE_ROUND     2e-7 /* of t: what it lies between is rounded to floats */
 
 typedef struct rti_tri_pair {
     float ox, oy, oz, sx, sy, kdz, tshift, scale, tmin, tmax;
@@ -60,7 +61,7 @@ RTI_VEC int rti_tri_settle(const rti_tri_pair *r, const float v0[3], const float
     if (!(size > SETTLE_DET * ((double)mx * my)) || !(size < SETTLE_DET_MOST))
         return 0;
     t = ((double)az + (v * ((double)bz - az) + w * ((double)cz - az)) / det) / r->kdz;
-    off = SETTLE_OFF * r->scale / rtk_fabs(r->kdz) + SETTLE_OFF_T * ((t < 0.0 ? -t : t) + rtk_fabs(r->tshift));
+    off = (SETTLE_OFF * r->scale / rtk_fabs(r->kdz) + SETTLE_OFF_LEAST) + SETTLE_OFF_T * ((t < 0.0 ? -t : t) + rtk_fabs(r->tshift));
     t += r->tshift;
     if (t + off < r->tmin || t - off > r->tmax)
         return -1;

@@ -158,6 +158,6 @@ uint32_t RTI_ISA_FN(probe_part)(const rtk_ray *rays, const rtk_part *part)
         org[i] = V(load)(p[i]);
         inv[i] = V(load)(p[3u + i]);
     }
-    in = packet_rays_enter(org, inv, V(load)(p[6]), V(load)(p[7]), part, &t0, &t1, &far);
+    in = packet_rays_enter(org, inv, V(load)(p[6]), V(load)(p[7]), LANES_ALL, part, &t0, &t1, &far);
     return LANES_ALL & ~(in | far);
 }
