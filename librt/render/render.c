@@ -50,16 +50,30 @@ typedef struct banding {
     int (*progress)(void *user, uint64_t done, uint64_t total);
     void *user;
     uint64_t done, total;
+    bool stop; /* the progress function has asked for it: a band may be finished before it is heard of */
 } banding;
 
 static const char band_what[] = "rt_render_to_file";
+
+static bool asks_to_stop(banding *b)
+{
+    if (b->progress && b->progress(b->user, b->done, b->total) != 0)
+        b->stop = true;
+    return b->stop;
+}
 
 static int count_tile(void *user, const rt_tile *tile, const rt_image *image)
 {
     banding *b = user;
     (void)image;
     b->done += (uint64_t)tile->width * tile->height;
-    return b->progress ? b->progress(b->user, b->done, b->total) : 0;
+    return asks_to_stop(b);
+}
+
+static rt_status say_cancelled(const banding *b)
+{
+    return rti_fail(b->ctx, RT_ERROR_CANCELLED, "%s: cancelled after %llu of %llu pixels", band_what, (unsigned long long)b->done,
+                    (unsigned long long)b->total);
 }
 
 /* Asks every 50 ms whether the picture is still wanted: a tile may take minutes. */
@@ -67,7 +81,7 @@ static rt_status finish_band(banding *b, rt_job *job)
 {
     rt_status status = rti_job_run(job);
     while (status == RT_OK && b->progress && rt_job_wait(job, 0.05) == RT_JOB_RUNNING) {
-        if (b->progress(b->user, b->done, b->total) != 0) {
+        if (asks_to_stop(b)) {
             rt_job_cancel(job);
             break;
         }
@@ -94,8 +108,7 @@ static rt_status render_band(banding *b, uint32_t y, uint32_t rows)
     if (status == RT_OK)
         status = rti_rows_write(b->writer, rt_image_pixels_const(rt_job_image(job)), rows);
     else if (status == RT_ERROR_CANCELLED)
-        rti_fail(b->ctx, status, "%s: cancelled after %llu of %llu pixels", band_what, (unsigned long long)b->done,
-                 (unsigned long long)b->total);
+        say_cancelled(b);
     if (status == RT_OK && b->kept.inner)
         status = rti_bands_add(&b->kept, rt_image_pixels_const(rt_job_image(job)), rows);
     if (status == RT_OK && b->kept.inner)
@@ -159,6 +172,8 @@ static rt_status render_bands(banding *b, const char *path, const rt_save_desc *
          y += now) {
         now = begun ? begun : rows < all.height - y ? rows : all.height - y;
         status = render_band(b, all.y + y, now);
+        if (status == RT_OK && b->stop && now < all.height - y)
+            status = say_cancelled(b);
         begun = 0;
     }
     closed = rti_rows_close(b->writer, status == RT_OK);
