@@ -97,6 +97,7 @@ RTI_VEC int weave_turn(lone_all *a, lone *w, rtk_u32 mode)
     return 0;
 }
 
+/* So large that rays which start all over it wait for memory. */
 RTI_VEC int weave_large(const rtk_tree *tree)
 {
     return tree->block_count > WEAVE_BYTES / sizeof *tree->blocks;

@@ -67,7 +67,8 @@ RT_API rt_status rt_render(rt_scene *scene, const rt_render_desc *desc, rt_image
 /** Renders band by band straight into a file (png, bmp, tga, hdr), so that images larger than the memory can be made.
  *  band_memory: bytes for the film, 0: 256 MiB. progress(user, done, total pixels) may be NULL. It is called on the calling thread for each finished tile,
  *  with more done than before and at last with total; and about every 50 ms beside that, as a tile may take minutes, with the same done again. Non-zero
- *  cancels; tiles that are finished by then may still be told. save: NULL: defaults. */
+ *  cancels; tiles that are finished by then may still be told, and a band that the workers had finished is kept. The render ends as CANCELLED unless
+ *  the picture was whole by then. save: NULL: defaults. */
 RT_API rt_status rt_render_to_file(rt_scene *scene, const rt_render_desc *desc, const char *path, const rt_save_desc *save, uint64_t band_memory,
                                    int (*progress)(void *user, uint64_t done, uint64_t total), void *user);
 
