@@ -15,11 +15,9 @@ typedef struct meter {
 static void *allocate(void *user, void *ptr, size_t old_size, size_t new_size)
 {
     meter *m = user;
-    void *block = NULL;
-    if (new_size > 0 && !(block = realloc(ptr, new_size)))
+    void *block;
+    if (!(block = rt_allocate(NULL, ptr, old_size, new_size)) && new_size > 0)
         return NULL; /* the old block stays valid, and so does the count */
-    if (new_size == 0)
-        free(ptr);
     size_t now = atomic_fetch_add(&m->now, new_size - old_size) + (new_size - old_size), peak = atomic_load(&m->peak);
     while (now > peak && !atomic_compare_exchange_weak(&m->peak, &peak, now)) {
     }

@@ -11,7 +11,7 @@ rt_context_desc rt_context_desc_default(void)
     return d;
 }
 
-static void *allocate_malloc(void *user, void *ptr, size_t old_size, size_t new_size)
+void *rt_allocate(void *user, void *ptr, size_t old_size, size_t new_size)
 {
     (void)user;
     (void)old_size;
@@ -56,7 +56,7 @@ rt_status rt_context_create(const rt_context_desc *desc, rt_context **context)
     if (status != RT_OK)
         return status;
     if (!d.allocate)
-        d.allocate = allocate_malloc;
+        d.allocate = rt_allocate;
     ctx = d.allocate(d.allocate_user, NULL, 0, sizeof *ctx);
     if (!ctx)
         return RT_ERROR_MEMORY;

@@ -56,14 +56,14 @@ static bool charge(uint64_t more)
 static void *allocate(void *ptr, size_t old_size, size_t new_size)
 {
     if (new_size == 0) {
-        free(ptr);
+        rt_allocate(NULL, ptr, old_size, 0);
         atomic_fetch_sub_explicit(&used, old_size, memory_order_relaxed);
         return NULL;
     }
     if (new_size > old_size && !charge(new_size - old_size)) {
         return NULL;
     }
-    void *moved = realloc(ptr, new_size);
+    void *moved = rt_allocate(NULL, ptr, old_size, new_size);
     if (!moved && new_size > old_size) {
         atomic_fetch_sub_explicit(&used, new_size - old_size, memory_order_relaxed);
     } else if (moved && new_size < old_size) {

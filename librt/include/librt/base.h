@@ -58,6 +58,10 @@ typedef struct rt_transform {
 /** Allocator in the shape of Lua's: new_size 0 frees and returns NULL; ptr NULL allocates (old_size is 0); else resizes. Blocks are aligned
  *  as malloc's are. old_size is exact. Called from any thread that computes, at the same time: it must be thread-safe. */
 typedef void *(*rt_allocate_fn)(void *user, void *ptr, size_t old_size, size_t new_size);
+/** The allocator of a context that is given none, for allocators that only count or limit: malloc, realloc and free; a block of 2 MiB and more
+ *  lies in huge pages where the system has them, so that it is cleared and read faster. user, old_size are not looked at.
+ *  Errors NULL: no memory; ptr stays as it is. Threads any number. Owner the caller owns the block. */
+RT_API void *rt_allocate(void *user, void *ptr, size_t old_size, size_t new_size);
 
 typedef enum rt_log_level { RT_LOG_ERROR = 0, RT_LOG_WARNING, RT_LOG_INFO, RT_LOG_DEBUG } rt_log_level;
 
@@ -85,7 +89,7 @@ typedef int (*rt_open_fn)(void *user, const char *path, rt_open_mode mode, char 
 typedef struct rt_context_desc {
     uint32_t struct_size;
     uint32_t workers; /**< threads that compute; 0: the CPUs this process may use (affinity, cgroup quota); 1: only the caller's. At most 1024 */
-    rt_allocate_fn allocate; /**< NULL: malloc */
+    rt_allocate_fn allocate; /**< NULL: rt_allocate */
     void *allocate_user;
     rt_log_fn log; /**< NULL: silent */
     void *log_user;
