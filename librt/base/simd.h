@@ -11,6 +11,7 @@
  *   rti_fN_select(m, a, b)                            m ? a : b
  *   rti_mN_and(a, b)  _or(a, b)  _andnot(a, b)        a and not b
  *   rti_mN_bits(m)  _of(bits)                         lane i is bit i
+ *   rti_f4_turn(a, b)                                 b[i] has lane i of a[0] to a[3]
  *
  * Where RTI_PACK is defined (AVX-512), of lanes chosen by bits, too:
  *   rti_f8_pack(p, bits, a)  rti_u8_pack(p, bits, a)  the chosen lanes of a vector, or of a[8], side by side from p on; all eight
@@ -47,6 +48,23 @@
 #else
 #include "simd/generic.h"
 #endif
+
+#ifdef __clang__
+#define RTI_MIX(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
+#else
+typedef int32_t rti_mix __attribute__((vector_size(16)));
+#define RTI_MIX(a, b, i, j, k, l) __builtin_shuffle(a, b, (rti_mix){i, j, k, l})
+#endif
+RTI_VEC void rti_f4_turn(const rti_f4 a[4], rti_f4 b[4])
+{
+    const rti_f4 x = RTI_MIX(a[0], a[1], 0, 4, 1, 5), y = RTI_MIX(a[2], a[3], 0, 4, 1, 5);
+    const rti_f4 z = RTI_MIX(a[0], a[1], 2, 6, 3, 7), w = RTI_MIX(a[2], a[3], 2, 6, 3, 7);
+    b[0] = RTI_MIX(x, y, 0, 1, 4, 5);
+    b[1] = RTI_MIX(x, y, 2, 3, 6, 7);
+    b[2] = RTI_MIX(z, w, 0, 1, 4, 5);
+    b[3] = RTI_MIX(z, w, 2, 3, 6, 7);
+}
+#undef RTI_MIX
 
 #ifndef RTI_MSUB
 #define rti_f4_msub(a, b, c) ((a) * (b) - (c))

@@ -91,19 +91,26 @@ void RTI_ISA_FN(rti_lanes_camera)(const rti_frame *f, const uint32_t *x, const u
     states(f, sample, path);
 }
 
-/* A power of two divides as its inverse multiplies. */
+/* A power of two divides as its inverse multiplies. Four pixels' sums at a time: a loop that asks for the channel is no vector.
+ */
 void RTI_ISA_FN(rti_lanes_resolve)(const uint64_t *restrict sum, float *restrict out, uint32_t pixels, double unit,
                                    double samples)
 {
-    const double factor[4] = {unit, unit, unit, 1.0};
     const uint64_t whole = (uint64_t)samples;
+    const double times = (whole & (whole - 1)) == 0 ? 1.0 / samples : 1.0, over = times == 1.0 ? samples : 1.0;
     const uint32_t n = pixels * RTK_FILM_CHANNELS;
-    if ((whole & (whole - 1)) == 0) {
-        const double inverse = 1.0 / samples;
-        for (uint32_t i = 0; i < n; i++)
-            out[i] = (float)((double)(int64_t)sum[i] * factor[i % 4] * inverse);
-    } else {
-        for (uint32_t i = 0; i < n; i++)
-            out[i] = (float)((double)(int64_t)sum[i] * factor[i % 4] / samples);
+    double factor[RTK_BLOCK] RTI_ROW;
+    uint32_t at = 0;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        factor[k] = k % RTK_FILM_CHANNELS == 3 ? 1.0 : unit;
+    for (; over == 1.0 && n - at >= RTK_BLOCK; at += RTK_BLOCK) {
+        RTI_EACH_LANE(k)
+        out[at + k] = (float)((double)(int64_t)sum[at + k] * factor[k] * times);
     }
+    for (; n - at >= RTK_BLOCK; at += RTK_BLOCK) {
+        RTI_EACH_LANE(k)
+        out[at + k] = (float)((double)(int64_t)sum[at + k] * factor[k] / over);
+    }
+    for (; at < n; at++)
+        out[at] = (float)((double)(int64_t)sum[at] * factor[at % RTK_FILM_CHANNELS] * times / over);
 }

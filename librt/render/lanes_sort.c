@@ -37,30 +37,79 @@ static uint32_t key_of(const rtk_scene *scene, uint32_t geom_index, uint32_t pri
     return (i ? (uint32_t)RTI_SURFACE_OTHER : surface_of(g, geom, prim)) * RTI_LOOK_COUNT + look_of(scene, *material);
 }
 
-/* Neighbours mostly hit one geometry: its key is not looked for again. Shapes of one geometry are of one type. */
+/* What neighbours mostly share: the geometry that was hit last, and what is known of its hits. Shapes of one geometry are of one
+ * type. */
+typedef struct last_hit {
+    uint32_t geom, inst, key, material;
+} last_hit;
+
+static uint32_t find_key(const rtk_scene *scene, const rtk_hit_block *h, uint32_t k, last_hit *last, uint32_t *material)
+{
+    uint32_t key;
+    if (h->prim[k] == RTK_INVALID) {
+        *material = 0;
+        return 0;
+    }
+    if (h->geom[k] == last->geom && h->inst[k] == last->inst) {
+        *material = last->material;
+        return last->key;
+    }
+    key = key_of(scene, h->geom[k], h->prim[k], h->inst[k], material);
+    if (!(scene->groups[h->inst[k] == RTK_INVALID ? 0 : scene->instances[h->inst[k]].group].geoms[h->geom[k]].flags &
+          RTK_GEOM_FACE_MATERIALS))
+        *last = (last_hit){h->geom[k], h->inst[k], key, *material};
+    return key;
+}
+
+/* Whether all of a block hit the geometry that was hit last. */
+static bool all_last(const rtk_hit_block *h, const last_hit *last)
+{
+    uint32_t other = 0;
+    RTI_EACH_LANE(k)
+    other |= (h->geom[k] ^ last->geom) | (h->inst[k] ^ last->inst) | (uint32_t)(h->prim[k] == RTK_INVALID);
+    return other == 0;
+}
+
 static void find_keys(rti_worker *w, uint32_t first, uint32_t count, uint32_t *counts)
 {
-    const rtk_scene *scene = w->frame->scene;
-    uint32_t last_geom = RTK_INVALID, last_inst = 0, last_key = 0, last_material = 0;
-    for (uint32_t n = 0; n < count; n++) {
+    last_hit last = {RTK_INVALID, 0, 0, 0};
+    for (uint32_t n = 0; n < count;) {
         const rtk_hit_block *h = &w->hits[(first + n) / RTK_BLOCK];
-        uint32_t k = (first + n) % RTK_BLOCK, key = 0, material = 0;
-        if (h->prim[k] != RTK_INVALID && h->geom[k] == last_geom && h->inst[k] == last_inst) {
-            key = last_key;
-            material = last_material;
-        } else if (h->prim[k] != RTK_INVALID) {
-            key = key_of(scene, h->geom[k], h->prim[k], h->inst[k], &material);
-            if (!(scene->groups[h->inst[k] == RTK_INVALID ? 0 : scene->instances[h->inst[k]].group].geoms[h->geom[k]].flags &
-                  RTK_GEOM_FACE_MATERIALS)) {
-                last_geom = h->geom[k];
-                last_inst = h->inst[k];
-                last_key = key;
-                last_material = material;
-            }
+        uint32_t k = (first + n) % RTK_BLOCK, end = RTK_BLOCK - k < count - n ? RTK_BLOCK : k + (count - n);
+        if (end - k == RTK_BLOCK && all_last(h, &last)) {
+            const uint32_t material = last.material;
+            uint32_t *materials = w->materials + first + n;
+            memset(w->keys + n, (int)last.key, RTK_BLOCK);
+            RTI_EACH_LANE(i)
+            materials[i] = material;
+            counts[last.key] += RTK_BLOCK;
+            n += RTK_BLOCK;
+            continue;
         }
-        w->keys[n] = (uint8_t)key;
-        w->materials[first + n] = material;
-        counts[key]++;
+        for (; k < end; k++, n++) {
+            uint32_t key = find_key(w->frame->scene, h, k, &last, &w->materials[first + n]);
+            w->keys[n] = (uint8_t)key;
+            counts[key]++;
+        }
+    }
+}
+
+/* The order of the sorted: behind the beginnings of their kinds, which become their ends. */
+static void place_rays(rti_worker *w, uint32_t first, uint32_t count, uint32_t *begins)
+{
+    for (uint32_t n = 0; n < count;) {
+        uint8_t same[RTK_BLOCK];
+        memset(same, w->keys[n], sizeof same);
+        if (count - n >= RTK_BLOCK && memcmp(same, w->keys + n, sizeof same) == 0) {
+            uint32_t *to = w->order + begins[w->keys[n]];
+            RTI_EACH_LANE(k)
+            to[k] = first + n + k;
+            begins[w->keys[n]] += RTK_BLOCK;
+            n += RTK_BLOCK;
+        } else {
+            w->order[begins[w->keys[n]]++] = first + n;
+            n++;
+        }
     }
 }
 
@@ -241,8 +290,7 @@ void RTI_ISA_FN(rti_lanes_sheaves)(rti_worker *w, uint32_t first, uint32_t count
         ends[key] = at;
         at += n;
     }
-    for (uint32_t n = 0; n < count; n++)
-        w->order[ends[w->keys[n]]++] = first + n; /* beginnings to ends */
+    place_rays(w, first, count, ends);
     c.depth = w->batch.path[first / RTK_BLOCK].depth_kind[first % RTK_BLOCK] & 0xffffu;
     at = 0;
     for (uint32_t key = 0; key < KEYS; key++) {

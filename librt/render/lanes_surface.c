@@ -2,6 +2,7 @@
  * takes a rare branch, the lane is marked and told by rtk_surface_at itself. */
 #include <stddef.h>
 
+#include "../base/simd.h"
 #include "lanes.h"
 #include "lanes_table.h"
 #include "shade.h"
@@ -23,15 +24,32 @@ static rtk_vec3 corner3(const corners *v, uint32_t i, uint32_t k)
     return row3(v->row[3 * i], v->row[3 * i + 1], v->row[3 * i + 2], k);
 }
 
+/* Large triangles fill whole sheaves. */
 static void load_vertices(const rtk_group *g, const rti_sheaf *c, corners *v)
 {
+    uint32_t at[RTK_BLOCK] RTI_ROW, differ = 0;
     RTI_EACH_LANE(k)
-    {
-        const rtk_tri *t = &g->tris[g->geoms[c->geom[k]].first + c->prim[k]];
-        for (uint32_t i = 0; i < 3; i++) {
-            v->row[i][k] = t->v0[i];
-            v->row[3 + i][k] = t->v1[i];
-            v->row[6 + i][k] = t->v2[i];
+    at[k] = g->geoms[c->geom[k]].first + c->prim[k];
+    RTI_EACH_LANE(k)
+    differ |= at[k] ^ at[0];
+    if (differ == 0) {
+        const rtk_tri t = g->tris[at[0]];
+        const float *from = t.v0; /* the nine of its corners stand in a row */
+        for (uint32_t i = 0; i < 9; i++) {
+            const float x = from[i];
+            RTI_EACH_LANE(k)
+            v->row[i][k] = x;
+        }
+        return;
+    }
+    for (uint32_t k = 0; k < RTK_BLOCK; k += 4) {
+        for (uint32_t i = 0; i < 12; i += 4) { /* four words of four triangles; the last three are no corner's */
+            rti_f4 words[4], rows[4];
+            for (uint32_t j = 0; j < 4; j++)
+                words[j] = rti_f4_load(g->tris[at[k + j]].v0 + i);
+            rti_f4_turn(words, rows);
+            for (uint32_t j = 0; j < 4 && i + j < 9; j++)
+                rti_f4_store(v->row[i + j] + k, rows[j]);
         }
     }
 }

@@ -67,58 +67,62 @@ RTI_LANES_FN static void show_ambient(rti_worker *w, const rti_sheaf *c, const l
     rti_add_lanes(w, c->home, lanes, &e);
 }
 
-/* Rows of points that may be lit, behind those that are noted; then only those that some light can be seen in. */
+/* Rows of points that may be lit, behind those that are noted; then only those that some light can be seen in. What stands behind
+ * the count is overwritten by the next. */
 RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const looks *l)
 {
     const size_t stride = w->lit_stride;
-    float row[RTI_LIT_ROWS][RTK_BLOCK] RTI_ROW;
-    uint32_t lit[RTK_BLOCK] RTI_ROW, dark = 0, at = w->lit_count;
-    memcpy(row[RTI_LIT_PX], c->px, sizeof c->px);
-    memcpy(row[RTI_LIT_PY], c->py, sizeof c->py);
-    memcpy(row[RTI_LIT_PZ], c->pz, sizeof c->pz);
-    memcpy(row[RTI_LIT_ERROR], c->error, sizeof c->error);
-    memcpy(row[RTI_LIT_NX], c->nx, sizeof c->nx);
-    memcpy(row[RTI_LIT_NY], c->ny, sizeof c->ny);
-    memcpy(row[RTI_LIT_NZ], c->nz, sizeof c->nz);
-    memcpy(row[RTI_LIT_GX], c->gx, sizeof c->gx);
-    memcpy(row[RTI_LIT_GY], c->gy, sizeof c->gy);
-    memcpy(row[RTI_LIT_GZ], c->gz, sizeof c->gz);
-    memcpy(row[RTI_LIT_SHININESS], l->shininess, sizeof l->shininess);
+    float *to = w->lit + w->lit_count;
+    uint32_t lit[RTK_BLOCK] RTI_ROW, dark = 0;
+#define ROW(name) (to + RTI_LIT_##name * stride)
+    memcpy(ROW(PX), c->px, sizeof c->px);
+    memcpy(ROW(PY), c->py, sizeof c->py);
+    memcpy(ROW(PZ), c->pz, sizeof c->pz);
+    memcpy(ROW(ERROR), c->error, sizeof c->error);
+    memcpy(ROW(NX), c->nx, sizeof c->nx);
+    memcpy(ROW(NY), c->ny, sizeof c->ny);
+    memcpy(ROW(NZ), c->nz, sizeof c->nz);
+    memcpy(ROW(GX), c->gx, sizeof c->gx);
+    memcpy(ROW(GY), c->gy, sizeof c->gy);
+    memcpy(ROW(GZ), c->gz, sizeof c->gz);
+    memcpy(ROW(SHININESS), l->shininess, sizeof l->shininess);
+    memset(ROW(DIFFUSE_PDF), 0, sizeof c->px);
+    float *vx = ROW(VX), *vy = ROW(VY), *vz = ROW(VZ), *kr = ROW(KR), *kg = ROW(KG), *kb = ROW(KB);
+    float *sr = ROW(SR), *sg = ROW(SG), *sb = ROW(SB);
+#undef ROW
     RTI_EACH_LANE(k)
     {
         rtk_vec3 tp = rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), tinted = rtk_mul(tp, rtk_v3(c->cr[k], c->cg[k], c->cb[k]));
         rtk_vec3 diffuse = rtk_scale(tinted, l->diffusion[k]), specular = rtk_scale(tp, l->specular[k]);
-        row[RTI_LIT_VX][k] = -c->dx[k];
-        row[RTI_LIT_VY][k] = -c->dy[k];
-        row[RTI_LIT_VZ][k] = -c->dz[k];
-        row[RTI_LIT_KR][k] = diffuse.x;
-        row[RTI_LIT_KG][k] = diffuse.y;
-        row[RTI_LIT_KB][k] = diffuse.z;
-        row[RTI_LIT_SR][k] = specular.x;
-        row[RTI_LIT_SG][k] = specular.y;
-        row[RTI_LIT_SB][k] = specular.z;
-        row[RTI_LIT_DIFFUSE_PDF][k] = 0.0f;
+        vx[k] = -c->dx[k];
+        vy[k] = -c->dy[k];
+        vz[k] = -c->dz[k];
+        kr[k] = diffuse.x;
+        kg[k] = diffuse.y;
+        kb[k] = diffuse.z;
+        sr[k] = specular.x;
+        sg[k] = specular.y;
+        sb[k] = specular.z;
         lit[k] = !(rtk_max(rtk_maxabs(diffuse), rtk_maxabs(specular)) == 0.0f);
     }
+    memcpy(w->lit_ray + w->lit_count, c->ray, sizeof c->ray);
+    memcpy(w->lit_home + w->lit_count, c->home, sizeof c->home);
     RTI_EACH_LANE(k)
     dark |= !lit[k];
-    if (!dark) { /* what stands behind count is overwritten by the next */
-        for (uint32_t r = 0; r < RTI_LIT_ROWS; r++)
-            memcpy(w->lit + r * stride + at, row[r], sizeof row[r]);
-        memcpy(w->lit_ray + at, c->ray, sizeof c->ray);
-        memcpy(w->lit_home + at, c->home, sizeof c->home);
-        w->lit_count = at + c->count;
+    if (!dark) {
+        w->lit_count += c->count;
         return;
     }
     for (uint32_t k = 0; k < c->count; k++) {
+        const uint32_t at = w->lit_count;
         if (!lit[k])
             continue;
         for (uint32_t r = 0; r < RTI_LIT_ROWS; r++)
-            w->lit[r * stride + at] = row[r][k];
+            w->lit[r * stride + at] = to[r * stride + k];
         w->lit_ray[at] = c->ray[k];
-        w->lit_home[at++] = c->home[k];
+        w->lit_home[at] = c->home[k];
+        w->lit_count++;
     }
-    w->lit_count = at;
 }
 
 /* Mirror rays of a sheaf in which nothing is transparent. */

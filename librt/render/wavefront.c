@@ -166,11 +166,22 @@ static void finish_tile(rti_worker *w, uint32_t slot)
     w->tile_done(w->owner, s->index);
 }
 
+/* A block's rays are of one tile, as a rule. */
 static void settle(rti_worker *w, uint32_t first, uint32_t count)
 {
-    uint32_t shift = w->frame->slot_shift;
-    for (uint32_t i = first; i < first + count; i++)
-        w->slots[w->batch.home[i / RTK_BLOCK].home[i % RTK_BLOCK] >> shift].live--;
+    const uint32_t shift = w->frame->slot_shift;
+    for (uint32_t i = first; i < first + count; i += RTK_BLOCK) { /* first is a block's */
+        const uint32_t *home = w->batch.home[i / RTK_BLOCK].home, n = first + count - i;
+        uint32_t differ = 0;
+        for (uint32_t k = 0; k < RTK_BLOCK; k++)
+            differ |= home[k] ^ home[0];
+        if (n >= RTK_BLOCK && differ >> shift == 0) {
+            w->slots[home[0] >> shift].live -= RTK_BLOCK;
+            continue;
+        }
+        for (uint32_t k = 0; k < RTK_BLOCK && k < n; k++)
+            w->slots[home[k] >> shift].live--;
+    }
 }
 
 static void finish_tiles(rti_worker *w)
