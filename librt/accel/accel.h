@@ -48,6 +48,23 @@ typedef struct rti_build_input {
 rt_status rti_tree_build(rt_context *ctx, const rti_build_input *input, const rti_build_settings *settings, rti_cancel *cancel,
                          void **chunk, size_t *size);
 
+/* Where the primitives of a group now are; bounds and growth as of a build. */
+typedef struct rti_refit_input {
+    const rtk_tri *tris;
+    const rtk_shape *shapes;
+    uint32_t tri_count;
+    float lo[3], hi[3];
+    float grow;
+} rti_refit_input;
+
+/* Can it be refitted: is it a BVH whose primitives stand in one leaf each? */
+bool rti_bvh_refits(const void *chunk);
+/* A copy of such a tree (size bytes) fitted to primitives that have moved: the same nodes, references and size. *chunk is NULL, without an error,
+ * where its cost would be off by more than `limit` times from that of the tree that was built (bvh_refit.c says how costs are held against each other).
+ * The same bytes for any number of workers. Errors: MEMORY, MEMORY_LIMIT, CANCELLED. */
+rt_status rti_bvh_refit(rt_context *ctx, const void *old, size_t size, const rti_refit_input *input, float limit, rti_cancel *cancel,
+                        void **chunk);
+
 /* Bytes a build may need at its peak, for estimates before a render. */
 uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_settings *settings);
 

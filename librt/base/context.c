@@ -195,6 +195,7 @@ rt_context_work_stats rt_context_work(const rt_context *context)
                                    .trees_built = count_of(context, RTI_WORK_TREES_BUILT),
                                    .top_trees_built = count_of(context, RTI_WORK_TOPS_BUILT),
                                    .trees_kept = count_of(context, RTI_WORK_TREES_KEPT),
+                                   .trees_refitted = count_of(context, RTI_WORK_TREES_REFITTED),
                                    .read_seconds = (double)count_of(context, RTI_WORK_READ_NS) / 1.0e9,
                                    .build_seconds = (double)count_of(context, RTI_WORK_BUILD_NS) / 1.0e9,
                                    .saved_seconds = (double)count_of(context, RTI_WORK_SAVED_NS) / 1.0e9};

@@ -142,7 +142,7 @@ typedef struct rtk_tree_header {
     rtk_u32 block_count; /* BVH; 0: no leaf has blocks */
     rtk_u64 off_nodes, off_refs, off_blocks;
     rtk_u32 filler_count; /* references, among ref_count, that only fill up blocks */
-    rtk_u32 pad;
+    float built_cost;     /* of a BVH that was refitted: what it cost when it was built (accel/bvh_refit.c); else 0 */
 } rtk_tree_header;
 
 typedef struct rtk_tree {

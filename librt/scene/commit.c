@@ -15,6 +15,7 @@ rt_commit_desc rt_commit_desc_default(void)
     d.struct_size = sizeof d;
     d.accel = "auto";
     d.builder = "auto";
+    d.refit = 1.25f;
     return d;
 }
 
@@ -81,6 +82,15 @@ static rt_status parse_builder(rt_context *ctx, const char *text, rti_build_sett
     return RT_OK;
 }
 
+static rt_status check_refit(rt_context *ctx, float refit)
+{
+    char text[32];
+    if (refit == 0.0f || (refit >= 1.0f && refit <= 1.0e6f))
+        return RT_OK;
+    return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: refit is %s; it must be 0 (trees are always built) or from 1 to 1e6", call_name,
+                    rti_num(text, refit));
+}
+
 static rt_status check_costs(rt_context *ctx, const rt_commit_desc *d)
 {
     rt_status status = rti_check_range(ctx, call_name, "cost_traverse", d->cost_traverse, 0.0f, 1.0e6f);
@@ -90,6 +100,8 @@ static rt_status check_costs(rt_context *ctx, const rt_commit_desc *d)
         status = rti_check_range(ctx, call_name, "empty_bonus", d->empty_bonus, 0.0f, 1.0f);
     if (status == RT_OK)
         status = rti_check_range(ctx, call_name, "duplication", d->duplication, 0.0f, 1.0e6f);
+    if (status == RT_OK)
+        status = check_refit(ctx, d->refit);
     if (status == RT_OK && d->max_depth > 96)
         status = rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: max_depth is %u; it must be at most 96 (0: the builder's own)", call_name,
                           d->max_depth);
@@ -124,6 +136,7 @@ static rt_status take_desc(rt_scene *scene, const rt_commit_desc *desc)
     settings.duplication = d.duplication > 0.0f ? d.duplication : settings.duplication;
     scene->settings = settings;
     scene->auto_builder = automatic;
+    scene->refit = d.refit;
     scene->tree_kinds = kinds;
     return RT_OK;
 }
@@ -275,6 +288,7 @@ static void release_children(rti_commit *c)
 static rt_status make(rti_commit *c)
 {
     const rt_scene *scene = c->scene;
+    rti_moved moved = {.before = scene->primitives_changed ? NULL : c->last, .limit = scene->refit};
     size_t textures = scene->textures.count;
     const rti_tracer *tracer = choose_tracer(scene);
     rt_status status;
@@ -304,7 +318,7 @@ static rt_status make(rti_commit *c)
     if (status == RT_OK)
         status = rti_commit_top(c);
     if (status == RT_OK)
-        status = rti_snapshot_build(c->next, c->call, scene->tree_kinds | 1u << tracer->tree, &c->scene->cancel);
+        status = rti_snapshot_build(c->next, c->call, scene->tree_kinds | 1u << tracer->tree, &moved, &c->scene->cancel);
     return status;
 }
 
@@ -319,7 +333,7 @@ static rt_status attempt(rt_scene *scene)
     if (status == RT_OK) {
         rti_snapshot_finish(c.next);
         rti_cell_replace(&scene->cell, c.next);
-        scene->geometry_changed = false;
+        scene->geometry_changed = scene->primitives_changed = false;
     } else {
         rti_snapshot_release(c.next);
     }

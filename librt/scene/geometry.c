@@ -31,7 +31,7 @@ rt_status rti_geometry_push(rt_scene *scene, const char *call, const rt_geometry
     g->user_id = common->user_id;
     memcpy(g->uv_xfm, common->uv_transform, sizeof g->uv_xfm);
     g->count = count;
-    scene->geometry_changed = true;
+    scene->geometry_changed = scene->primitives_changed = true;
     *geometry = g;
     return RT_OK;
 }
@@ -134,6 +134,6 @@ rt_status rt_scene_remove_geometry(rt_scene *scene, rt_geometry geometry)
     g->mesh = NULL;
     g->count = 0;
     g->alive = 0;
-    scene->geometry_changed = true;
+    scene->geometry_changed = scene->primitives_changed = true;
     return RT_OK;
 }

@@ -135,6 +135,7 @@ rt_status rt_scene_get_info(const rt_scene *scene, rt_scene_info *info)
     info->built_trees = s->built_trees;
     info->built_top_trees = s->built_tops;
     info->kept_trees = s->kept_trees;
+    info->refitted_trees = s->refitted_trees;
     rti_snapshot_release(s);
     return RT_OK;
 }

@@ -121,6 +121,81 @@ rt_status rt_scene_add_mesh(rt_scene *scene, const rt_mesh_desc *desc, rt_geomet
     return status == RT_OK ? rti_mesh_add(scene, call, &d.common, mesh, d.triangle_count, geometry) : status;
 }
 
+/* ---- moving a mesh's vertices ---- */
+
+static rt_status check_moved(rt_scene *scene, const char *call, const rti_geometry *g, const float *positions,
+                             const float *normals, uint32_t count)
+{
+    rt_context *ctx = scene->ctx;
+    rt_status status;
+    if (g->type != RTK_GEOM_MESH)
+        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: geometry %u is no mesh and no polyhedron; only these have vertices", call,
+                        (uint32_t)(g - RTI_AT(scene->geometries, rti_geometry, 0)));
+    if (count != g->mesh->vertex_count)
+        return rti_fail(ctx, RT_ERROR_ARGUMENT,
+                        "%s: vertex_count is %u, but the mesh has %u vertices; a mesh with other triangles is added anew", call,
+                        count, g->mesh->vertex_count);
+    status = check_null(ctx, call, "positions", positions, "vertex_count", count);
+    if (status == RT_OK)
+        status = rti_check_floats(ctx, call, "positions", positions, count, 3, RTI_COORD_MAX);
+    if (status == RT_OK && normals)
+        status = rti_check_floats(ctx, call, "normals", normals, count, 3, 1.0e18f);
+    return status;
+}
+
+/* The mesh again, with room for normals or without, for a geometry that must not share it. */
+static rt_status copy_mesh(rt_context *ctx, const char *call, const rti_mesh *m, uint32_t triangles, bool normals, rti_mesh **out)
+{
+    rti_mesh_want want = {.vertices = m->vertex_count,
+                          .triangles = triangles,
+                          .normals = normals,
+                          .uvs = m->uvs != NULL,
+                          .colors = m->colors ? m->vertex_count : 0,
+                          .materials = m->materials ? triangles : 0,
+                          .faces = m->faces ? triangles : 0};
+    rt_status status = rti_mesh_make(ctx, call, &want, out);
+    if (status != RT_OK)
+        return status;
+    copy((*out)->normals, m->normals, m->vertex_count, 3 * sizeof(float));
+    copy((*out)->uvs, m->uvs, m->vertex_count, 2 * sizeof(float));
+    copy((*out)->colors, m->colors, m->vertex_count, 3 * sizeof(float));
+    copy((*out)->indices, m->indices, triangles, 3 * sizeof(uint32_t));
+    copy((*out)->materials, m->materials, triangles, sizeof(uint32_t));
+    copy((*out)->faces, m->faces, triangles, sizeof(uint32_t));
+    return RT_OK;
+}
+
+rt_status rt_scene_set_mesh_positions(rt_scene *scene, rt_geometry geometry, const float *positions, const float *normals,
+                                      uint32_t vertex_count)
+{
+    static const char call[] = "rt_scene_set_mesh_positions";
+    rti_geometry *g;
+    rti_mesh *mesh;
+    rt_status status = rti_scene_editable(scene, call);
+    if (status != RT_OK)
+        return status;
+    g = rti_geometry_at(scene, call, geometry.id);
+    if (!g)
+        return RT_ERROR_ARGUMENT;
+    status = check_moved(scene, call, g, positions, normals, vertex_count);
+    if (status != RT_OK)
+        return status;
+    mesh = g->mesh;
+    if (atomic_load_explicit(&mesh->refs, memory_order_acquire) > 1 || (normals && !mesh->normals)) {
+        status = copy_mesh(scene->ctx, call, g->mesh, g->count, normals || g->mesh->normals, &mesh);
+        if (status != RT_OK)
+            return status;
+        rti_mesh_free(scene->ctx, g->mesh);
+        g->mesh = mesh;
+    }
+    copy(mesh->positions, positions, vertex_count, 3 * sizeof(float));
+    copy(mesh->normals, normals, vertex_count, 3 * sizeof(float));
+    scene->geometry_changed = true;
+    return RT_OK;
+}
+
+/* ---- polyhedra ---- */
+
 /* Also counts the triangles and finds the largest face. */
 static rt_status check_polyhedron(const rt_scene *scene, const char *call, const rt_polyhedron_desc *d, uint32_t *triangles,
                                   uint32_t *largest)

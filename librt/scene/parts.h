@@ -18,7 +18,7 @@ struct rti_snapshot {
     size_t size; /* of this block, views included */
     atomic_uint refs;
     uint32_t group_count, texture_count;
-    uint32_t reused_chunks, built_trees, built_tops, kept_trees;
+    uint32_t reused_chunks, built_trees, built_tops, kept_trees, refitted_trees;
     const struct rti_tracer *tracer;
     rti_build_settings settings;
     bool auto_builder;
@@ -38,8 +38,13 @@ void rti_snapshot_finish(rti_snapshot *snapshot);
 uint32_t rti_tree_part(const rti_part_group *group, const rti_chunk *tree);
 /* The same trees for another record of the group. */
 void rti_trees_retain(rti_part_group *to, const rti_part_group *from);
-/* Gives every group and the top level trees of the kinds (bits 1 << RTK_TREE_*): found in the context or built. Before finish. */
-rt_status rti_snapshot_build(rti_snapshot *snapshot, const char *call, uint32_t kinds, rti_cancel *cancel);
+/* A snapshot of the scene from before its own primitives moved. */
+typedef struct rti_moved {
+    const rti_snapshot *before; /* NULL: there is none, or other primitives are in it */
+    float limit;                /* a BVH of it is refitted rather than built where its cost stays within so many times what it was; 0: never */
+} rti_moved;
+/* Gives every group and the top level trees of the kinds (bits 1 << RTK_TREE_*): found in the context, refitted or built. Before finish. */
+rt_status rti_snapshot_build(rti_snapshot *snapshot, const char *call, uint32_t kinds, const rti_moved *moved, rti_cancel *cancel);
 bool rti_snapshot_complete(const rti_snapshot *snapshot, uint32_t kind); /* has such a tree wherever there is something to find */
 uint32_t rti_snapshot_tree(const rti_snapshot *snapshot);                /* RTK_TREE_* of its tracer */
 /* Calls visit for every chunk that is there, in a fixed order. group: RTK_INVALID for what belongs to none. */

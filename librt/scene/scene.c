@@ -67,6 +67,7 @@ rt_status rt_scene_create(rt_context *context, rt_scene **scene)
     rti_cell_init(&s->cell);
     s->geometry_changed = true;
     s->auto_builder = true;
+    s->refit = rt_commit_desc_default().refit;
     s->tree_kinds = 1u << RTK_TREE_BVH;
     status = fill_new(s);
     if (status != RT_OK) {

@@ -13,8 +13,8 @@
 #define RTI_MAX_PRIMS  (1u << 30)
 #define RTI_BLADES_MAX 64u
 
-/* Arrays of a mesh (or a geometry of many spheres), all in one block. Absent ones are NULL. Never changed once it is filled: geometries of
- * several scenes may share it. */
+/* Arrays of a mesh (or a geometry of many spheres), all in one block. Absent ones are NULL. Never changed once it is filled while there is
+ * another reference: geometries of several scenes may share it. */
 typedef struct rti_mesh {
     atomic_uint refs;
     size_t size; /* of the block, this struct first */
@@ -76,6 +76,7 @@ struct rt_scene {
     atomic_uint refs;
     bool loaded;                     /* from a file: no description */
     bool geometry_changed;           /* since the last commit: group and attribute chunks must be made anew */
+    bool primitives_changed;         /* since the last commit: some came or went, rather than only moved */
     rti_array materials;             /* rtk_material */
     rti_array textures;              /* rti_texture */
     rti_array geometries;            /* rti_geometry */
@@ -89,6 +90,7 @@ struct rt_scene {
     rti_build_settings settings; /* of the last commit, or defaults */
     uint32_t tree_kinds;         /* 1 << RTK_TREE_* wanted by the last commit */
     bool auto_builder;
+    float refit; /* of the last commit's descriptor */
     const char *tracer; /* name from the table of tracers, NULL: auto */
     rti_cancel cancel;
     rti_cell cell;

@@ -35,19 +35,25 @@ static rti_hash tree_key(rti_hash content, const rti_build_settings *s)
 typedef struct tree_job {
     rti_snapshot *snapshot;
     const char *call;
+    const rti_moved *moved; /* NULL: nothing has */
     rti_cancel *cancel;
     bool top; /* now at the top level */
 } tree_job;
+
+static void count_kept(const tree_job *job, const rti_chunk *tree)
+{
+    job->snapshot->reused_chunks++;
+    job->snapshot->kept_trees++;
+    rti_context_count(job->snapshot->ctx, RTI_WORK_TREES_KEPT, 1);
+    rti_context_time(job->snapshot->ctx, RTI_WORK_SAVED_NS, (double)((const rtk_tree_header *)tree->data)->build_seconds);
+}
 
 static bool found(const tree_job *job, rti_hash key, rti_chunk **out)
 {
     *out = rti_chunk_find(job->snapshot->ctx, RTK_CHUNK_TREE, key);
     if (!*out)
         return false;
-    job->snapshot->reused_chunks++;
-    job->snapshot->kept_trees++;
-    rti_context_count(job->snapshot->ctx, RTI_WORK_TREES_KEPT, 1);
-    rti_context_time(job->snapshot->ctx, RTI_WORK_SAVED_NS, (double)((const rtk_tree_header *)(*out)->data)->build_seconds);
+    count_kept(job, *out);
     rti_chunk_keep(*out);
     return true;
 }
@@ -142,6 +148,82 @@ static bool part_input_make(rt_context *ctx, const rti_chunk *chunk, uint32_t pa
     return true;
 }
 
+/* ---- refitting: a tree of the snapshot before ---- */
+
+/* Do these groups hold as many primitives, in the same parts? (That they are the same ones matters for speed alone.) */
+static bool same_parts(const rti_chunk *a, const rti_chunk *b)
+{
+    const rtk_group_header *p = a->data, *q = b->data;
+    if (p->tri_count != q->tri_count || p->shape_count != q->shape_count || p->part_count != q->part_count)
+        return false;
+    for (uint32_t i = 0; i < p->part_count; i++) {
+        if (p->parts[i].count != q->parts[i].count)
+            return false;
+    }
+    return p->part_count <= 1 ||
+           memcmp(rti_part_list(a, 0), rti_part_list(b, 0), ((size_t)p->tri_count + p->shape_count) * sizeof(uint32_t)) == 0;
+}
+
+/* The tree to refit for a part of the scene's own group; NULL: there is none. */
+static rti_chunk *tree_before(const tree_job *job, uint32_t part)
+{
+    const rti_snapshot *s = job->snapshot, *before = job->moved ? job->moved->before : NULL;
+    rti_chunk *tree;
+    if (!before || !(job->moved->limit > 0.0f) || s->auto_builder != before->auto_builder ||
+        memcmp(&s->settings, &before->settings, sizeof s->settings) != 0 ||
+        !same_parts(s->groups[0].group, before->groups[0].group))
+        return NULL;
+    tree = before->groups[0].tree[part][RTK_TREE_BVH];
+    return tree && rti_bvh_refits(tree->data) ? tree : NULL;
+}
+
+/* It has a name of its own: who looks for the tree that is built over the same primitives does not find it. Nor is it kept when
+ * nobody has it any more: an animation would fill the cache with what is quickly made. */
+static rti_hash refit_key(rti_hash key, const rti_chunk *old)
+{
+    rti_hasher h;
+    rti_hasher_init(&h);
+    rti_hasher_add(&h, "refit", 5);
+    rti_hasher_add(&h, &key, sizeof key);
+    rti_hasher_add(&h, &old->hash, sizeof old->hash);
+    return rti_hasher_end(&h);
+}
+
+/* *out stays NULL where a tree is to be built. key: of that one. */
+static rt_status refit(const tree_job *job, const rti_chunk *chunk, uint32_t part, rti_hash key, rti_chunk **out)
+{
+    rt_context *ctx = job->snapshot->ctx;
+    const rtk_group_header *head = chunk->data;
+    rti_chunk *old = tree_before(job, part);
+    rti_refit_input in = {.tris = rti_chunk_at(chunk, head->off_tris),
+                          .shapes = rti_chunk_at(chunk, head->off_shapes),
+                          .tri_count = head->tri_count,
+                          .grow = RTK_GROW * head->parts[part].scale};
+    void *data;
+    bool shared;
+    rt_status status;
+    if (!old)
+        return RT_OK;
+    if (job->moved->before->groups[0].group == chunk) { /* nothing has moved since: something else was edited */
+        count_kept(job, old);
+        *out = rti_chunk_retain(old);
+        return RT_OK;
+    }
+    memcpy(in.lo, head->parts[part].lo, sizeof in.lo);
+    memcpy(in.hi, head->parts[part].hi, sizeof in.hi);
+    status = rti_bvh_refit(ctx, old->data, old->size, &in, job->moved->limit, job->cancel, &data);
+    if (status != RT_OK || !data)
+        return status;
+    key = refit_key(key, old);
+    *out = rti_chunk_share(ctx, RTK_CHUNK_TREE, data, old->size, &key, &shared);
+    if (!*out)
+        return rti_fail_memory(ctx, job->call, old->size);
+    job->snapshot->refitted_trees++;
+    rti_context_count(ctx, RTI_WORK_TREES_REFITTED, 1);
+    rti_context_time(ctx, RTI_WORK_BUILD_NS, (double)((const rtk_tree_header *)(*out)->data)->build_seconds);
+    return RT_OK;
+}
+
 static rt_status part_tree(const tree_job *job, const rti_chunk *chunk, uint32_t part, uint32_t kind, rti_chunk **out)
 {
     rt_context *ctx = job->snapshot->ctx;
@@ -153,6 +235,11 @@ static rt_status part_tree(const tree_job *job, const rti_chunk *chunk, uint32_t
     rt_status status;
     if (found(job, key, out))
         return RT_OK;
+    if (kind == RTK_TREE_BVH && chunk == job->snapshot->groups[0].group) {
+        status = refit(job, chunk, part, key, out);
+        if (status != RT_OK || *out)
+            return status;
+    }
     if (part_input_make(ctx, chunk, part, &in)) {
         input.tris = in.tri_count ? in.tris : NULL;
         input.tri_count = in.tri_count;
@@ -236,9 +323,9 @@ end:
     return status;
 }
 
-rt_status rti_snapshot_build(rti_snapshot *s, const char *call, uint32_t kinds, rti_cancel *cancel)
+rt_status rti_snapshot_build(rti_snapshot *s, const char *call, uint32_t kinds, const rti_moved *moved, rti_cancel *cancel)
 {
-    tree_job job = {s, call, cancel, false};
+    tree_job job = {s, call, moved, cancel, false};
     rt_status status = RT_OK;
     for (uint32_t kind = 1; kind < RTI_TREE_KINDS; kind++) {
         if (!(kinds & (1u << kind)))
@@ -313,7 +400,7 @@ rt_status rti_snapshot_with_tree(rti_snapshot *snapshot, uint32_t tree_kind, rti
     if (!next)
         return rti_fail_memory(snapshot->ctx, call, snapshot->size);
     env = rti_fp_enter();
-    status = rti_snapshot_build(next, call, 1u << tree_kind, cancel);
+    status = rti_snapshot_build(next, call, 1u << tree_kind, NULL, cancel);
     rti_fp_leave(env);
     if (status != RT_OK) {
         rti_snapshot_release(next);

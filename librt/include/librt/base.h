@@ -140,7 +140,8 @@ typedef struct rt_context_work_stats {
     uint64_t trees_built;     /**< over geometry */
     uint64_t top_trees_built; /**< over instances */
     uint64_t trees_kept;      /**< of both, found instead of built */
-    double read_seconds, build_seconds; /**< what reading files and building trees took */
+    uint64_t trees_refitted;  /**< fitted to vertices that have moved instead of built (rt_commit_desc.refit) */
+    double read_seconds, build_seconds; /**< what reading files, and building and refitting trees took */
     double saved_seconds;               /**< what it had taken to make what was found */
 } rt_context_work_stats;
 /** Counts since the context was made; differences tell what one commit did. Threads any. */
