@@ -11,6 +11,7 @@ static rt_commit_desc fields(lua_State *L, int t)
     rtl_field_float(L, t, "cost_intersect", &d.cost_intersect);
     rtl_field_float(L, t, "empty_bonus", &d.empty_bonus);
     rtl_field_float(L, t, "duplication", &d.duplication);
+    rtl_field_float(L, t, "refit", &d.refit);
     return d;
 }
 

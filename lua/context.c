@@ -216,12 +216,13 @@ static void set_seconds(lua_State *L, const char *key, double value)
 static int counts(lua_State *L)
 {
     rt_context_work_stats w = rt_context_work(rtl_context_get(L)->rt);
-    lua_createtable(L, 0, 8);
+    lua_createtable(L, 0, 9);
     set_count(L, "files_read", w.files_read);
     set_count(L, "files_kept", w.files_kept);
     set_count(L, "trees_built", w.trees_built);
     set_count(L, "top_trees_built", w.top_trees_built);
     set_count(L, "trees_kept", w.trees_kept);
+    set_count(L, "trees_refitted", w.trees_refitted);
     set_seconds(L, "read_seconds", w.read_seconds);
     set_seconds(L, "build_seconds", w.build_seconds);
     set_seconds(L, "saved_seconds", w.saved_seconds);

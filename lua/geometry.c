@@ -254,6 +254,35 @@ static int mesh_file(lua_State *L)
     return 4;
 }
 
+/* set_vertices(scene, geometry, { vertices, normals or nil, faces or nil: make normals of them }) */
+static int set_vertices(lua_State *L)
+{
+    rtl_context *c;
+    rt_scene *scene = rtl_check_scene(L, 1, &c);
+    rt_geometry geometry = {rtl_check_u32(L, 2, "geometry")};
+    luaL_checktype(L, 3, LUA_TTABLE);
+    const rtl_buffer *positions = rtl_field_buffer(L, 3, "vertices", RTL_F32),
+                     *normals = rtl_field_buffer(L, 3, "normals", RTL_F32), *faces = rtl_field_buffer(L, 3, "faces", RTL_U32);
+    if (!positions) {
+        return rtl_raise(L, "vertices is missing");
+    }
+    uint32_t count = count_of(L, positions, 3, "vertices");
+    if (normals && normals->count != positions->count) {
+        return rtl_raise(L, "normals has %I values, but %I vertices need %I", (LUAI_UACINT)normals->count, (LUAI_UACINT)count,
+                         (LUAI_UACINT)positions->count);
+    }
+    if (faces) {
+        rt_mesh_desc d = rt_mesh_desc_default();
+        d.positions = positions->as.f32;
+        d.vertex_count = count;
+        d.indices = faces->as.u32;
+        d.triangle_count = count_of(L, faces, 3, "faces");
+        normals = push_smooth_normals(L, &d);
+    }
+    rtl_check(L, c, rt_scene_set_mesh_positions(scene, geometry, positions->as.f32, normals ? normals->as.f32 : NULL, count));
+    return 0;
+}
+
 /* instance(scene, description, material id | nil, child) -> id */
 static int instance(lua_State *L)
 {
@@ -285,9 +314,18 @@ static int instance(lua_State *L)
 
 void rtl_open_geometry(lua_State *L)
 {
-    static const luaL_Reg functions[] = {
-        {"add_sphere", sphere},         {"add_spheres", spheres},     {"add_plane", plane},       {"add_box", box},
-        {"add_cylinder", cylinder},     {"add_cone", cone},           {"add_torus", torus},       {"add_mesh", mesh},
-        {"add_polyhedron", polyhedron}, {"add_mesh_file", mesh_file}, {"add_instance", instance}, {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"add_sphere", sphere},
+                                         {"add_spheres", spheres},
+                                         {"add_plane", plane},
+                                         {"add_box", box},
+                                         {"add_cylinder", cylinder},
+                                         {"add_cone", cone},
+                                         {"add_torus", torus},
+                                         {"add_mesh", mesh},
+                                         {"add_polyhedron", polyhedron},
+                                         {"add_mesh_file", mesh_file},
+                                         {"add_instance", instance},
+                                         {"set_vertices", set_vertices},
+                                         {NULL, NULL}};
     rtl_add_functions(L, functions);
 }

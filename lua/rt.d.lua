@@ -71,6 +71,7 @@ function rt.render(scene, options) end
 ---@field cost_intersect? number 0: the builder's own
 ---@field empty_bonus? number 0: the builder's own
 ---@field duplication? number references a primitive at most; 0: the builder's own
+---@field refit? number how many times more or less a BVH whose vertices have moved may cost before it is built anew, not refitted (1.25); 0: always built
 
 ---@class rt.render_options : rt.settings
 ---@field progress? fun(done: number, job: rt.job) called on this thread about every 50 ms; an error ends the render
@@ -118,6 +119,19 @@ function Scene:add(...) end
 ---@param camera rt.camera
 ---@return rt.scene
 function Scene:set_camera(camera) end
+
+---@class rt.moved_vertices
+---@field vertices rt.buffer|number[]|number[][] as many as the mesh has, in its order
+---@field normals? rt.buffer|number[]|number[][] else those that the mesh has stay
+---@field smooth? boolean make normals of the faces (a mesh made from arrays); a mesh that was made so gets them again
+
+---New places for the vertices of a mesh or polyhedron, wherever it stands in this scene; its faces and all else stay. The next render or query refits the
+---BVH where that serves (the setting refit), which takes a twelfth of a build's time. What an instance places is moved in a scene of its own:
+---local part = rt.scene { mesh }, rt.instance { part }, part:set_vertices(mesh, ...).
+---@param mesh rt.shape|string the object, or its name
+---@param moved rt.moved_vertices
+---@return rt.scene
+function Scene:set_vertices(mesh, moved) end
 
 ---The camera as it stands: the description's, or framed for the last image.
 ---@return table
@@ -1142,7 +1156,7 @@ function rt.machine() end
 
 ---What reading files and building trees cost since the program began, and what later scenes took over from earlier ones: files by their bytes, trees by their
 ---geometry and settings. Material libraries of OBJ files are not counted; they are always read.
----@return { files_read: integer, files_kept: integer, trees_built: integer, top_trees_built: integer, trees_kept: integer, read_seconds: number, build_seconds: number, saved_seconds: number }
+---@return { files_read: integer, files_kept: integer, trees_built: integer, top_trees_built: integer, trees_kept: integer, trees_refitted: integer, read_seconds: number, build_seconds: number, saved_seconds: number }
 function rt.counts() end
 
 ---Lets go of the files and trees that are only kept for later scenes.

@@ -181,7 +181,7 @@ static int info(lua_State *L)
     rt_scene *scene = rtl_check_scene(L, 1, &c);
     rt_scene_info i;
     rtl_check(L, c, rt_scene_get_info(scene, &i));
-    lua_createtable(L, 0, 19);
+    lua_createtable(L, 0, 24);
     set_integer(L, "triangles", i.triangles);
     set_integer(L, "shapes", i.shapes);
     set_integer(L, "planes", i.planes);
@@ -199,6 +199,7 @@ static int info(lua_State *L)
     set_integer(L, "built_trees", i.built_trees);
     set_integer(L, "built_top_trees", i.built_top_trees);
     set_integer(L, "kept_trees", i.kept_trees);
+    set_integer(L, "refitted_trees", i.refitted_trees);
     rt_motion_info m;
     rtl_check(L, c, rt_scene_get_motion_info(scene, &m));
     set_integer(L, "moving_instances", m.moving_instances);

@@ -23,8 +23,8 @@ function configure.machine()
   return { cpus = cpus, isa = isa, memory_available = available, workers = core.workers(), memory = now, memory_peak = peak }
 end
 
--- { files_read, files_kept, trees_built, top_trees_built, trees_kept, read_seconds, build_seconds, saved_seconds } since the program began: what
--- reading files and building trees cost, and what was taken over from earlier scenes.
+-- { files_read, files_kept, trees_built, top_trees_built, trees_kept, trees_refitted, read_seconds, build_seconds, saved_seconds } since the program
+-- began: what reading files and building trees cost, and what was taken over from earlier scenes.
 function configure.counts()
   return core.counts()
 end

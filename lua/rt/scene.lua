@@ -13,11 +13,13 @@ local run = require "rt.run"
 local settings = require "rt.settings"
 local material = require "rt.material"
 local query = require "rt.query"
+local vertices = require "rt.vertices"
 
 local scene = {}
 local methods = {}
 local meta = { __name = "rt.scene", __index = methods }
 query.install(methods)
+vertices.install(methods)
 
 local children = setmetatable({}, { __mode = "k" }) -- what instances place -> its scene: placed again, it is the same trees
 

@@ -37,12 +37,14 @@ settings.list = {
   { name = "cost_intersect", kind = "number", low = 0, commit = true, help = "cost of a primitive's test; 0: the builder's own" },
   { name = "empty_bonus", kind = "number", low = 0, high = 1, commit = true, help = "bonus for cutting off empty space; 0: the builder's own" },
   { name = "duplication", kind = "number", low = 0, commit = true, help = "references a primitive at most; 0: the builder's own" },
+  { name = "refit", kind = "number", low = 0, high = 1e6, commit = true,
+    help = "of the BVH where vertices have moved: how many times more or less it may cost before it is built anew (1.25); 0: always built" },
 }
 
 -- Settings that change no bit of the picture.
 settings.arrangement = {
   workers = true, tile = true, schedule = true, tracer = true, memory_limit = true, accel = true, builder = true, tree_depth = true, leaf_size = true,
-  cost_traverse = true, cost_intersect = true, empty_bonus = true, duplication = true, preview = true,
+  cost_traverse = true, cost_intersect = true, empty_bonus = true, duplication = true, refit = true, preview = true,
 }
 
 -- Names that sweeps have for axes besides the settings; like these, no parameter can bear them.

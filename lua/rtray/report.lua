@@ -103,7 +103,9 @@ function report.render_line(path, image, settings, stats)
     stats.workers == 1 and "" or "s", warning)
 end
 
-local COUNTS = { "files_read", "files_kept", "trees_built", "top_trees_built", "trees_kept", "read_seconds", "build_seconds", "saved_seconds" }
+local COUNTS = {
+  "files_read", "files_kept", "trees_built", "top_trees_built", "trees_kept", "trees_refitted", "read_seconds", "build_seconds", "saved_seconds",
+}
 local before = {}
 
 -- What reading and building cost since this was asked last, by the names of rt.counts.
@@ -126,8 +128,8 @@ end
 
 function report.print_work(note, work)
   note("files    %d read and parsed in %s, %d taken over", work.files_read, output.seconds(work.read_seconds), work.files_kept)
-  note("built    %d tree%s of geometry, %d of the top level in %s; %d taken over", work.trees_built, work.trees_built == 1 and "" or "s",
-    work.top_trees_built, output.seconds(work.build_seconds), work.trees_kept)
+  note("built    %d tree%s of geometry, %d of the top level in %s; %d taken over, %d refitted", work.trees_built, work.trees_built == 1 and "" or "s",
+    work.top_trees_built, output.seconds(work.build_seconds), work.trees_kept, work.trees_refitted)
   note("saved    %s by what was taken over", output.seconds(work.saved_seconds))
 end
 

@@ -199,8 +199,8 @@ local function finish(self, described)
   if self.values.stats then
     local note = self.values.json and output.note or output.print
     local w = described.work
-    note("frame %-6d %d trees built, %d of the top level, %d taken over; %d files read; %s", described.frame, w.trees_built, w.top_trees_built,
-      w.trees_kept, w.files_read, output.seconds(stats.seconds))
+    note("frame %-6d %d trees built, %d of the top level, %d taken over, %d refitted; %d files read; %s", described.frame, w.trees_built,
+      w.top_trees_built, w.trees_kept, w.trees_refitted, w.files_read, output.seconds(stats.seconds))
   end
   self.claims:drop(described.frame)
   if self.last ~= described then

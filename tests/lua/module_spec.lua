@@ -109,7 +109,7 @@ describe("the guide docs/lua.md", function()
         assert.is_true(result:info().geometries > 0)
       end
     end
-    assert.equal(8, count)
+    assert.equal(9, count)
   end)
 end)
 
