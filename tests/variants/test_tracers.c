@@ -60,7 +60,8 @@ static void fill(batch *b, const test_targets *t, test_rng *rng)
     fill_kinds(b, t, rng, 0, TEST_RAY_KINDS);
 }
 
-/* Tiles of 64 rays that lie beside their first one, a third of them with one origin, a third very narrow. */
+/* Tiles of 64 rays that lie beside their first one, a third of them with one origin, a third very narrow. Two of three see what
+ * the first one sees: packets of one mask go another way than those of several. */
 static void make_tiles(batch *b, test_rng *rng)
 {
     for (uint32_t i = 0; i < BATCH; i++) {
@@ -70,6 +71,8 @@ static void make_tiles(batch *b, test_rng *rng)
         float wide = way == 1 ? 1e-4f : 0.05f, size, far = 0.0f;
         if (i == first)
             continue;
+        if (i / 64 % 9 < 6)
+            r->mask[k] = f->mask[0];
         size = rtk_maxabs(rtk_v3(f->dx[0], f->dy[0], f->dz[0]));
         if (way != 0 && rtk_finite(f->ox[0]) && rtk_finite(f->oy[0]) && rtk_finite(f->oz[0]))
             far = 1e-3f * rtk_maxabs(rtk_v3(f->ox[0], f->oy[0], f->oz[0]));
@@ -356,6 +359,38 @@ static void test_scaled_and_moved(void **state)
     }
 }
 
+/* Spheres of very different sizes among triangles, some twice and some inside others, all of which every ray sees: what packets
+ * ask in lanes. */
+static void test_spheres(void **state)
+{
+    rt_context *ctx = context();
+    test_world w;
+    rtk_shape balls[160] = {{0}};
+    test_mesh m = {0};
+    test_rng rng = {41};
+    (void)state;
+    for (int i = 0; i < 160; i++) {
+        if (i % 8 == 7) {
+            memcpy(balls[i].p, balls[i - 1].p, sizeof balls[i].p);
+            balls[i].p[3] *= i % 16 == 7 ? 1.0f : 0.99f;
+            continue;
+        }
+        for (int a = 0; a < 3; a++)
+            balls[i].p[a] = test_range(&rng, -1.0f, 1.0f);
+        balls[i].p[3] = powf(10.0f, test_range(&rng, -3.0f, -0.3f));
+    }
+    test_world_init(&w, ctx);
+    test_mesh_soup(&m, 60, 0.3f, 42);
+    test_world_mesh(&w, 0, &m, 0xffffffffu);
+    test_world_shapes(&w, 0, balls, 160, 0xffffffffu);
+    assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+    assert_true(w.scene.groups->flags & RTK_GROUP_PLAIN);
+    sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count(), "spheres");
+    test_world_free(&w);
+    test_mesh_free(&m);
+    rt_context_destroy(ctx);
+}
+
 static void test_shapes(void **state)
 {
     rt_context *ctx = context();
@@ -578,8 +613,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nothing),          cmocka_unit_test(test_soup),    cmocka_unit_test(test_bvh_builders),
         cmocka_unit_test(test_slivers),          cmocka_unit_test(test_lattice), cmocka_unit_test(test_nested),
-        cmocka_unit_test(test_scaled_and_moved), cmocka_unit_test(test_shapes),  cmocka_unit_test(test_instances),
-        cmocka_unit_test(test_meshes),           cmocka_unit_test(test_alpha),
+        cmocka_unit_test(test_scaled_and_moved), cmocka_unit_test(test_shapes),  cmocka_unit_test(test_spheres),
+        cmocka_unit_test(test_instances),        cmocka_unit_test(test_meshes),  cmocka_unit_test(test_alpha),
     };
     if (getenv("LIBRT_ONLY"))
         cmocka_set_test_filter(getenv("LIBRT_ONLY"));
