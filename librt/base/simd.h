@@ -5,7 +5,7 @@
  * contracted. The rest, for N = 4, 8, 16 and masks rti_mN (whose form differs: only these functions may look inside):
  *   rti_fN_set(x)  _load(p)  _store(p, a)             any alignment
  *   rti_fN_min(a, b)  _max(a, b)                      a < b ? a : b and a > b ? a : b, so b when one is NaN, as rtk_min, rtk_max
- *   rti_fN_abs(a)
+ *   rti_fN_abs(a)  _sqrt(a)                           the root correctly rounded
  *   rti_fN_msub(a, b, c)                              a * b - c, rounded once or twice: for bounds, not for hits
  *   rti_fN_lt(a, b)  _le(a, b)  _eq(a, b)             masks; false where one is NaN
  *   rti_fN_select(m, a, b)                            m ? a : b

@@ -250,10 +250,11 @@ RTI_VEC void packet_begin(packet *p, uint64_t rays)
     packet_reach(p);
 }
 
-/* Has the scene nothing but triangles of its own? */
-RTI_VEC int packet_plain(const rtk_scene *scene)
+/* Is there nothing but the scene's own tree to be asked, and nothing to be added to hits? */
+RTI_VEC int packet_plain(const rtk_scene *scene, const rti_scratch *scratch)
 {
-    return scene->groups->plane_count == 0u && scene->groups->shape_count == 0u && scene->instance_count == 0u;
+    return scene->groups->plane_count == 0u && scene->instance_count == 0u &&
+           (scene->groups->shape_count == 0u || scratch->bare);
 }
 
 /* One ray as a query, with its best hit so far. */

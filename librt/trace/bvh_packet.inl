@@ -101,7 +101,7 @@ RTI_VEC void RTK_NAME(packet_all)(packet *p, const rtk_scene *scene, const rtk_t
                                   uint16_t *occluded, rti_scratch *scratch, int coherent)
 {
     const rtk_group *g = scene->groups;
-    const int plain = packet_plain(scene);
+    const int plain = packet_plain(scene, scratch);
     uint64_t valid = packet_load(p, scene, rays, first, picks, picked, n, scratch);
     for (rtk_u32 k = 0u; k < g->part_count; k++)
         (coherent ? RTK_NAME(packet_part) : RTK_NAME(lone_part))(p, &g->parts[k], valid & ~p->done);
@@ -162,7 +162,7 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
 {
     const rtk_group *g = scene->groups; /* whose parts are of one builder */
     packet p;
-    if (count < PACKET_FEW || !packet_plain(scene) || g->part_count == 0u || !lone_fits(g, g->parts)) {
+    if (count < PACKET_FEW || !packet_plain(scene, scratch) || g->part_count == 0u || !lone_fits(g, g->parts)) {
         RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
         return;
     }

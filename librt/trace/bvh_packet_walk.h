@@ -2,7 +2,7 @@
 #ifndef RTI_BVH_PACKET_WALK_H
 #define RTI_BVH_PACKET_WALK_H
 
-#include "bvh_packet.h"
+#include "packet_sphere.h"
 
 /* The slots of a node that some ray may enter, with a bound of where. */
 RTI_VEC rtk_u32 packet_open(const packet *p, const rtk_bvhnode *n, float t[RTK_BVH_WIDTH])
@@ -153,12 +153,21 @@ RTI_VEC rtk_u32 packet_near(const packet *p, const rtk_bvhblock *b, float grow)
 /* A leaf without blocks for all rays from lane `at` on that enter its box. */
 RTI_VEC void packet_list(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
 {
+    const rtk_group *g = p->scene->groups;
+    const rtk_u32 *refs = part->bvh.refs + n->child[slot];
     for (; at < PACKET; at += RTI_SIMD) {
         rtk_u32 lanes = packet_bits(p->rays, at);
         lanes = lanes != 0u ? packet_enter(p, n, slot, at, lanes) : 0u;
-        for (rtk_u32 k = 0u; k < n->count[slot]; k++)
-            for (rtk_u32 l = lanes; l != 0u; l &= l - 1u)
-                packet_ask_late(p, mode, part, at + (rtk_u32)__builtin_ctz(l), part->bvh.refs[n->child[slot] + k]);
+        for (rtk_u32 k = 0u; k < n->count[slot] && lanes != 0u; k++) {
+            const rtk_shape *shape = refs[k] >= g->tri_count ? &g->shapes[refs[k] - g->tri_count] : NULL;
+            rtk_u32 ask = lanes;
+            if (p->plain && shape && shape->type == RTK_SHAPE_SPHERE)
+                ask = packet_sphere(p, mode, part, shape, at, lanes);
+            for (; ask != 0u; ask &= ask - 1u)
+                packet_ask_late(p, mode, part, at + (rtk_u32)__builtin_ctz(ask), refs[k]);
+            if (mode & RTK_MODE_ANY)
+                lanes &= ~packet_bits(p->done, at);
+        }
     }
 }
 

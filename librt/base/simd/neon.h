@@ -25,6 +25,10 @@ RTI_VEC rti_f4 rti_f4_max(rti_f4 a, rti_f4 b)
 {
     return vbslq_f32(vcgtq_f32(a, b), a, b);
 }
+RTI_VEC rti_f4 rti_f4_sqrt(rti_f4 a)
+{
+    return vsqrtq_f32(a);
+}
 RTI_VEC rti_f4 rti_f4_abs(rti_f4 a)
 {
     return vabsq_f32(a);

@@ -35,6 +35,10 @@ RTI_VEC VEC F(max)(VEC a, VEC b)
 {
     return MM(max_ps)(a, b);
 }
+RTI_VEC VEC F(sqrt)(VEC a)
+{
+    return MM(sqrt_ps)(a);
+}
 RTI_VEC VEC F(abs)(VEC a)
 {
     return MM(andnot_ps)(MM(set1_ps)(-0.0f), a);

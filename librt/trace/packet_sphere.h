@@ -1,0 +1,81 @@
+/* A sphere for the rays of a packet, RTI_SIMD at a time, for hot files: what rtk_sphere_roots and rtk_query_shape do, the same
+ * operations in the same order, so the same bits.
+ */
+#ifndef RTI_PACKET_SPHERE_H
+#define RTI_PACKET_SPHERE_H
+
+#include "bvh_packet.h"
+
+typedef struct vec3 {
+    vec x, y, z;
+} vec3;
+
+RTI_VEC vec packet_dot3(vec3 a, vec3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+RTI_VEC vec3 packet_madd(vec3 a, vec t, vec3 d)
+{
+    return (vec3){a.x + t * d.x, a.y + t * d.y, a.z + t * d.z};
+}
+
+/* rtk_local_at */
+RTI_VEC vec packet_local_at(vec org, vec anchor, vec t, vec d)
+{
+    const wide_ff f = wide_two_diff(org, anchor), p = wide_two_prod(t, d), s = wide_two_sum(f.hi, p.hi);
+    return s.hi + (s.lo + (f.lo + p.lo));
+}
+
+/* Of `lanes` from `at` on, none of whose rays has its origin moved, those that hit the sphere, and where first. */
+RTI_VEC rtk_u32 packet_sphere_hits(const packet *p, const float sphere[4], float scale, rtk_u32 at, rtk_u32 lanes, vec *out)
+{
+    const vec zero = V(set)(0.0f), radius = V(set)(sphere[3]), reach = V(set)(sphere[3] + 3.8146973e-06f * scale);
+    const vec3 org = {V(load)(p->org[0] + at), V(load)(p->org[1] + at), V(load)(p->org[2] + at)};
+    const vec3 dir = {V(load)(p->dir[0] + at), V(load)(p->dir[1] + at), V(load)(p->dir[2] + at)};
+    const vec3 middle = {V(set)(sphere[0]), V(set)(sphere[1]), V(set)(sphere[2])};
+    const vec3 f = {org.x - middle.x, org.y - middle.y, org.z - middle.z};
+    const vec dd = packet_dot3(dir, dir), t = -packet_dot3(f, dir) / dd;
+    const vec3 closest = packet_madd(f, t, dir);
+    lanes &= VM(bits)(V(le)(packet_dot3(closest, closest), reach * reach));
+    if (lanes == 0u)
+        return 0u;
+    const vec3 o = {packet_local_at(org.x, middle.x, t, dir.x), packet_local_at(org.y, middle.y, t, dir.y),
+                    packet_local_at(org.z, middle.z, t, dir.z)};
+    const vec len = V(sqrt)(dd);
+    const vec3 d = {dir.x / len, dir.y / len, dir.z / len};
+    const vec b = -packet_dot3(o, d);
+    const vec3 foot = packet_madd(o, b, d);
+    const vec m = V(sqrt)(packet_dot3(foot, foot)), disc = (radius - m) * (radius + m), h = V(sqrt)(disc);
+    const vec first = zero + (t + (b - h) / len), second = zero + (t + (b + h) / len);
+    const vec tmin = V(load)(p->tmin + at), tmax = V(load)(p->tmax + at);
+    lanes &= VM(bits)(V(le)(zero, disc));
+    const rtk_u32 one = lanes & VM(bits)(V(lt)(tmin, first)) & VM(bits)(V(lt)(first, tmax));
+    const rtk_u32 two = lanes & VM(bits)(V(lt)(tmin, second)) & VM(bits)(V(lt)(second, tmax));
+    *out = V(select)(VM(of)(one), first, second);
+    return one | two;
+}
+
+/* A sphere of a plain packet's part; returns the lanes that the order of equal hits is to be asked for. */
+RTI_VEC rtk_u32 packet_sphere(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_shape *shape, rtk_u32 at, rtk_u32 lanes)
+{
+    vec t;
+    const rtk_u32 hit = packet_sphere_hits(p, shape->p, part->scale, at, lanes, &t);
+    if (hit == 0u)
+        return 0u;
+    if (mode & RTK_MODE_ANY) {
+        p->done |= (uint64_t)hit << at;
+        return 0u;
+    }
+    const vec best = V(load)(p->t + at), zero = V(set)(0.0f);
+    const vmask take = VM(of)(hit & VM(bits)(V(lt)(t, best)));
+    V(store)(p->t + at, V(select)(take, t, best));
+    V(store)(p->u + at, V(select)(take, zero, V(load)(p->u + at)));
+    V(store)(p->v + at, V(select)(take, zero, V(load)(p->v + at)));
+    V(store)(p->prim + at, V(select)(take, V(set)(rtk_float(shape->prim)), V(load)(p->prim + at)));
+    V(store)(p->geom + at, V(select)(take, V(set)(rtk_float(shape->geom)), V(load)(p->geom + at)));
+    V(store)(p->late + at, V(select)(take, V(set)(rtk_float(RTK_INVALID)), V(load)(p->late + at)));
+    return hit & VM(bits)(V(eq)(t, best));
+}
+
+#endif
