@@ -45,6 +45,9 @@ typedef struct packet {
     rtk_u32 first;
     const uint16_t *picks; /* NULL: the rays stand side by side from `first` on; else their numbers from it on */
     const rti_scratch *scratch;
+    /* Of the part at hand: rays that were prepared by themselves, too, as they were asked for one by one. */
+    uint64_t ready, missed; /* missed: those of them that miss the part */
+    rtk_pray prays[PACKET];
 } packet;
 
 RTI_VEC rtk_u32 packet_bits(uint64_t mask, rtk_u32 at)
@@ -158,6 +161,7 @@ RTI_VEC uint64_t packet_prepare(packet *p, const rtk_part *part, uint64_t rays, 
 {
     uint64_t meet = 0u;
     *far = 0u;
+    p->ready = 0u;
     for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
         rtk_u32 want = packet_bits(rays, at), out;
         vec org[3], inv[3], t0, t1;
@@ -206,6 +210,12 @@ RTI_VEC void packet_reach(packet *p)
     p->reach = packet_high(m);
 }
 
+/* Every hit counts. */
+RTI_VEC rtk_u32 packet_sees_all(const packet *p)
+{
+    return (p->scene->groups->flags & RTK_GROUP_PLAIN) && !p->masked && p->common != 0u;
+}
+
 /* Makes ready the walk of `rays`, which are of one axis and octant. */
 RTI_VEC void packet_begin(packet *p, uint64_t rays)
 {
@@ -245,16 +255,15 @@ RTI_VEC void packet_begin(packet *p, uint64_t rays)
         p->near[i] = (2u * i + back) * RTK_BVH_WIDTH;
     }
     p->from = packet_low(from);
-    p->plain = (p->scene->groups->flags & RTK_GROUP_PLAIN) && !p->masked && p->common != 0u;
+    p->plain = packet_sees_all(p);
     memset(p->late, 0xff, sizeof p->late);
     packet_reach(p);
 }
 
-/* Is there nothing but the scene's own tree to be asked, and nothing to be added to hits? */
+/* Is there nothing but the scene's own geometry to be asked, and nothing to be added to hits? */
 RTI_VEC int packet_plain(const rtk_scene *scene, const rti_scratch *scratch)
 {
-    return scene->groups->plane_count == 0u && scene->instance_count == 0u &&
-           (scene->groups->shape_count == 0u || scratch->bare);
+    return scene->instance_count == 0u && (scene->groups->shape_count == 0u || scratch->bare);
 }
 
 /* One ray as a query, with its best hit so far. */
@@ -299,13 +308,19 @@ RTI_VEC rtk_u32 packet_count(const packet *p, rtk_u32 n)
 /* A primitive for one ray, by the leaf test itself: what vectors leave open, shapes, cut-outs, rays of several masks. */
 static void packet_ask(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 i, rtk_u32 ref)
 {
+    const uint64_t bit = (uint64_t)1u << i;
     rtk_query q;
-    rtk_pray r;
     packet_query(p, i, &q);
-    if (!rtk_ray_prepare(q.ray, part->lo, part->hi, part->scale, &r))
+    if (!(p->ready & bit)) {
+        p->ready |= bit;
+        p->missed &= ~bit;
+        if (!rtk_ray_prepare(q.ray, part->lo, part->hi, part->scale, &p->prays[i]))
+            p->missed |= bit;
+    }
+    if (p->missed & bit)
         return;
-    if (rtk_query_prim(&q, mode, &r, ref))
-        p->done |= (uint64_t)1u << i;
+    if (rtk_query_prim(&q, mode, &p->prays[i], ref))
+        p->done |= bit;
     packet_answer(p, i, &q);
 }
 

@@ -101,12 +101,14 @@ RTI_VEC void RTK_NAME(packet_all)(packet *p, const rtk_scene *scene, const rtk_t
                                   uint16_t *occluded, rti_scratch *scratch, int coherent)
 {
     const rtk_group *g = scene->groups;
-    const int plain = packet_plain(scene, scratch);
     uint64_t valid = packet_load(p, scene, rays, first, picks, picked, n, scratch);
+    const int plain = packet_plain(scene, scratch) && (g->plane_count == 0u || packet_sees_all(p));
     for (rtk_u32 k = 0u; k < g->part_count; k++)
         (coherent ? RTK_NAME(packet_part) : RTK_NAME(lone_part))(p, &g->parts[k], valid & ~p->done);
     if (!plain)
         RTK_NAME(packet_rest)(p, n, valid, hits);
+    else if (g->plane_count != 0u)
+        packet_planes(p, RTK_MODE, valid);
     RTK_NAME(packet_out)(p, n, hits, occluded, plain);
 }
 
@@ -162,6 +164,10 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
 {
     const rtk_group *g = scene->groups; /* whose parts are of one builder */
     packet p;
+    if (count >= PACKET_FEW && packet_plain(scene, scratch) && g->shape_count != 0u) { /* bounces off a sphere still go together */
+        RTK_NAME(packets)(scene, rays, hits, occluded, count, scratch);
+        return;
+    }
     if (count < PACKET_FEW || !packet_plain(scene, scratch) || g->part_count == 0u || !lone_fits(g, g->parts)) {
         RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
         return;

@@ -2,7 +2,7 @@
 #ifndef RTI_BVH_PACKET_WALK_H
 #define RTI_BVH_PACKET_WALK_H
 
-#include "packet_sphere.h"
+#include "packet_shape.h"
 
 /* The slots of a node that some ray may enter, with a bound of where. */
 RTI_VEC rtk_u32 packet_open(const packet *p, const rtk_bvhnode *n, float t[RTK_BVH_WIDTH])

@@ -1,8 +1,8 @@
-/* A sphere for the rays of a packet, RTI_SIMD at a time, for hot files: what rtk_sphere_roots and rtk_query_shape do, the same
- * operations in the same order, so the same bits.
+/* Spheres and planes for the rays of a packet, RTI_SIMD at a time, for hot files: what rtk_sphere_roots, rtk_plane_intersect and
+ * the queries that call them do, the same operations in the same order, so the same bits.
  */
-#ifndef RTI_PACKET_SPHERE_H
-#define RTI_PACKET_SPHERE_H
+#ifndef RTI_PACKET_SHAPE_H
+#define RTI_PACKET_SHAPE_H
 
 #include "bvh_packet.h"
 
@@ -56,13 +56,9 @@ RTI_VEC rtk_u32 packet_sphere_hits(const packet *p, const float sphere[4], float
     return one | two;
 }
 
-/* A sphere of a plain packet's part; returns the lanes that the order of equal hits is to be asked for. */
-RTI_VEC rtk_u32 packet_sphere(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_shape *shape, rtk_u32 at, rtk_u32 lanes)
+/* Lanes `hit` of a plain packet from `at` on meet a shape at t; returns those of equal hits, whose order is to be asked for. */
+RTI_VEC rtk_u32 packet_take(packet *p, rtk_u32 mode, const rtk_shape *shape, rtk_u32 at, rtk_u32 hit, vec t)
 {
-    vec t;
-    const rtk_u32 hit = packet_sphere_hits(p, shape->p, part->scale, at, lanes, &t);
-    if (hit == 0u)
-        return 0u;
     if (mode & RTK_MODE_ANY) {
         p->done |= (uint64_t)hit << at;
         return 0u;
@@ -76,6 +72,51 @@ RTI_VEC rtk_u32 packet_sphere(packet *p, rtk_u32 mode, const rtk_part *part, con
     V(store)(p->geom + at, V(select)(take, V(set)(rtk_float(shape->geom)), V(load)(p->geom + at)));
     V(store)(p->late + at, V(select)(take, V(set)(rtk_float(RTK_INVALID)), V(load)(p->late + at)));
     return hit & VM(bits)(V(eq)(t, best));
+}
+
+/* A sphere of a plain packet's part; returns the lanes that the order of equal hits is to be asked for. */
+RTI_VEC rtk_u32 packet_sphere(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_shape *shape, rtk_u32 at, rtk_u32 lanes)
+{
+    vec t;
+    const rtk_u32 hit = packet_sphere_hits(p, shape->p, part->scale, at, lanes, &t);
+    return hit != 0u ? packet_take(p, mode, shape, at, hit, t) : 0u;
+}
+
+/* Lanes whose rays hit a plane, and where. */
+RTI_VEC rtk_u32 packet_plane_hits(const packet *p, const rtk_shape *plane, rtk_u32 at, rtk_u32 lanes, vec *out)
+{
+    wide_ff den, num;
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const vec n = V(set)(plane->p[4u + k]), way = V(load)(p->dir[k] + at), org = V(load)(p->org[k] + at);
+        const wide_ff d = wide_two_prod(n, way);
+        const wide_ff a = wide_mul(wide_two_diff(V(set)(plane->p[k]), org), (wide_ff){n, V(set)(0.0f)});
+        den = k == 0u ? d : wide_add(den, d);
+        num = k == 0u ? a : wide_add(num, a);
+    }
+    *out = num.hi / den.hi;
+    return lanes & VM(bits)(V(lt)(V(load)(p->tmin + at), *out)) & VM(bits)(V(lt)(*out, V(load)(p->tmax + at)));
+}
+
+/* All planes of a plain packet's scene, for `rays`. */
+RTI_VEC void packet_planes(packet *p, rtk_u32 mode, uint64_t rays)
+{
+    const rtk_group *g = p->scene->groups;
+    for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
+        for (rtk_u32 i = 0u; i < g->plane_count; i++) {
+            const rtk_u32 lanes = packet_bits(rays & ~p->done, at);
+            vec t;
+            rtk_u32 hit = lanes != 0u ? packet_plane_hits(p, &g->planes[i], at, lanes, &t) : 0u, ask;
+            if (hit == 0u)
+                continue;
+            for (ask = packet_take(p, mode, &g->planes[i], at, hit, t); ask != 0u; ask &= ask - 1u) {
+                const rtk_u32 l = at + (rtk_u32)__builtin_ctz(ask);
+                rtk_query q;
+                packet_query(p, l, &q);
+                rtk_query_planes(&q, mode, q.ray);
+                packet_answer(p, l, &q);
+            }
+        }
+    }
 }
 
 #endif
