@@ -1,5 +1,6 @@
 #!/bin/bash
-# Frames of librt and of Tachyon (Debian: tachyon) on the same triangles, camera and light, in one run, interleaved: 1000x700, one sample, one shadow ray a hit.
+# Frames of librt and of Tachyon (Debian: tachyon) on the same triangles or spheres, camera and light, in one run, interleaved: 1000x700, one sample, one shadow
+# ray a hit.
 #   tests/bench/against_tachyon.sh RTRAY [RUNS]        prints CSV; LIBRT_SCENES names the folder of meshes
 # Times are the renderers' own: what comes after the scene was read and its tree built. Timings decide nothing here.
 set -euo pipefail
@@ -44,18 +45,29 @@ seconds_tachyon() { # dat width height threads
   timeout 600 tachyon "$1" -numthreads "$4" -res "$2" "$3" -fullshade -o "$work/tachyon.tga" | sed -n 's/.*Ray Tracing Time: *\([0-9.]*\).*/\1/p'
 }
 
-echo "scene,size,program,workers,run,seconds"
-while read -r name mesh eye look_at fov light floor; do
-  lua5.4 "$here/tachyon_scene.lua" "$scenes/$mesh.ply" "$work/$name.dat" "$eye" "$look_at" "$fov" "$light" ${floor:+"$floor"}
-  script "$mesh" "$eye" "$look_at" "$fov" "$light" ${floor:+"$floor"} >"$work/$name.lua"
-  width=1000 height=700
-  [ "$name" = stadium ] && width=300 height=300 # Tachyon's grid collapses: a minute and a half for this
+# name librt-scene tachyon-scene size
+compare() {
+  local run workers
   for run in $(seq "$runs"); do
     for workers in 1 2; do
-      echo "$name,${width}x$height,librt,$workers,$run,$(seconds_librt "$work/$name.lua" $workers ${width}x$height)"
-      if [ "$name" != stadium ] || { [ "$run" = 1 ] && [ $workers = 1 ]; }; then
-        echo "$name,${width}x$height,tachyon,$workers,$run,$(seconds_tachyon "$work/$name.dat" $width $height $workers)"
+      echo "$1,$4,librt,$workers,$run,$(seconds_librt "$2" "$workers" "$4")"
+      if [ "$1" != stadium ] || { [ "$run" = 1 ] && [ "$workers" = 1 ]; }; then # Tachyon's grid collapses there: a minute and a half for this
+        echo "$1,$4,tachyon,$workers,$run,$(seconds_tachyon "$3" "${4%x*}" "${4#*x}" "$workers")"
       fi
     done
   done
+}
+
+echo "scene,size,program,workers,run,seconds"
+for name in flake mirrors; do
+  lua5.4 "$here/sphere_scene.lua" $name librt "$work/$name.lua"
+  lua5.4 "$here/sphere_scene.lua" $name tachyon "$work/$name.dat"
+  compare $name "$work/$name.lua" "$work/$name.dat" 1000x700
+done
+while read -r name mesh eye look_at fov light floor; do
+  lua5.4 "$here/tachyon_scene.lua" "$scenes/$mesh.ply" "$work/$name.dat" "$eye" "$look_at" "$fov" "$light" ${floor:+"$floor"}
+  script "$mesh" "$eye" "$look_at" "$fov" "$light" ${floor:+"$floor"} >"$work/$name.lua"
+  size=1000x700
+  [ "$name" = stadium ] && size=300x300
+  compare "$name" "$work/$name.lua" "$work/$name.dat" $size
 done < <(views)
