@@ -149,33 +149,6 @@ static int torus(lua_State *L)
     return done(L, c, status, id);
 }
 
-static rt_vec3 corner(const float *p, uint32_t i)
-{
-    return (rt_vec3){p[3 * (size_t)i], p[3 * (size_t)i + 1], p[3 * (size_t)i + 2]};
-}
-
-/* Pushes a buffer of vertex normals: the sum of the faces' normals, each as long as twice the face's area. Corners outside are
- * left to the library. */
-static const rtl_buffer *push_smooth_normals(lua_State *L, const rt_mesh_desc *d)
-{
-    rtl_buffer *b = rtl_buffer_new(L, RTL_F32, 3 * (size_t)d->vertex_count);
-    for (size_t f = 0; f < d->triangle_count; f++) {
-        const uint32_t *i = d->indices + 3 * f;
-        if (i[0] >= d->vertex_count || i[1] >= d->vertex_count || i[2] >= d->vertex_count) {
-            continue;
-        }
-        rt_vec3 p = corner(d->positions, i[0]), q = corner(d->positions, i[1]), r = corner(d->positions, i[2]);
-        rt_vec3 a = {q.x - p.x, q.y - p.y, q.z - p.z}, c = {r.x - p.x, r.y - p.y, r.z - p.z};
-        for (int k = 0; k < 3; k++) {
-            float *n = b->as.f32 + 3 * (size_t)i[k];
-            n[0] += a.y * c.z - a.z * c.y;
-            n[1] += a.z * c.x - a.x * c.z;
-            n[2] += a.x * c.y - a.y * c.x;
-        }
-    }
-    return b;
-}
-
 static int mesh(lua_State *L)
 {
     rtl_context *c;
@@ -197,15 +170,15 @@ static int mesh(lua_State *L)
     const rtl_buffer *materials = items(L, "material_ids", RTL_U32, d.triangle_count, 1, "faces");
     int smooth = 0;
     rtl_field_bool(L, 2, "smooth", &smooth);
-    if (smooth) {
-        normals = push_smooth_normals(L, &d);
-    }
     d.normals = normals ? normals->as.f32 : NULL;
     d.uvs = uvs ? uvs->as.f32 : NULL;
     d.colors = colors ? colors->as.f32 : NULL;
     d.face_materials = materials ? materials->as.u32 : NULL;
     rt_geometry id;
     rt_status status = rt_scene_add_mesh(scene, &d, &id);
+    if (status == RT_OK && smooth && (status = rt_scene_smooth_mesh(scene, id)) != RT_OK) {
+        rt_scene_remove_geometry(scene, id);
+    }
     return done(L, c, status, id);
 }
 
@@ -254,7 +227,7 @@ static int mesh_file(lua_State *L)
     return 4;
 }
 
-/* set_vertices(scene, geometry, { vertices, normals or nil, faces or nil: make normals of them }) */
+/* set_vertices(scene, geometry, { vertices, normals or nil, smooth: make normals of the faces }) */
 static int set_vertices(lua_State *L)
 {
     rtl_context *c;
@@ -262,7 +235,7 @@ static int set_vertices(lua_State *L)
     rt_geometry geometry = {rtl_check_u32(L, 2, "geometry")};
     luaL_checktype(L, 3, LUA_TTABLE);
     const rtl_buffer *positions = rtl_field_buffer(L, 3, "vertices", RTL_F32),
-                     *normals = rtl_field_buffer(L, 3, "normals", RTL_F32), *faces = rtl_field_buffer(L, 3, "faces", RTL_U32);
+                     *normals = rtl_field_buffer(L, 3, "normals", RTL_F32);
     if (!positions) {
         return rtl_raise(L, "vertices is missing");
     }
@@ -271,15 +244,12 @@ static int set_vertices(lua_State *L)
         return rtl_raise(L, "normals has %I values, but %I vertices need %I", (LUAI_UACINT)normals->count, (LUAI_UACINT)count,
                          (LUAI_UACINT)positions->count);
     }
-    if (faces) {
-        rt_mesh_desc d = rt_mesh_desc_default();
-        d.positions = positions->as.f32;
-        d.vertex_count = count;
-        d.indices = faces->as.u32;
-        d.triangle_count = count_of(L, faces, 3, "faces");
-        normals = push_smooth_normals(L, &d);
-    }
+    int smooth = 0;
+    rtl_field_bool(L, 3, "smooth", &smooth);
     rtl_check(L, c, rt_scene_set_mesh_positions(scene, geometry, positions->as.f32, normals ? normals->as.f32 : NULL, count));
+    if (smooth) {
+        rtl_check(L, c, rt_scene_smooth_mesh(scene, geometry));
+    }
     return 0;
 }
 

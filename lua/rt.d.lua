@@ -121,9 +121,9 @@ function Scene:add(...) end
 function Scene:set_camera(camera) end
 
 ---@class rt.moved_vertices
----@field vertices rt.buffer|number[]|number[][] as many as the mesh has, in its order
+---@field vertices rt.buffer|number[]|number[][] as many as the mesh has, in its order; of a file's, behind its transform
 ---@field normals? rt.buffer|number[]|number[][] else those that the mesh has stay
----@field smooth? boolean make normals of the faces (a mesh made from arrays); a mesh that was made so gets them again
+---@field smooth? boolean make normals of the faces; a mesh of arrays that was made so gets them again, one of a file needs to be told
 
 ---New places for the vertices of a mesh or polyhedron, wherever it stands in this scene; its faces and all else stay. The next render or query refits the
 ---BVH where that serves (the setting refit), which takes a twelfth of a build's time. What an instance places is moved in a scene of its own:

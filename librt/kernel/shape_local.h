@@ -22,12 +22,14 @@ RTK_FN float rtk_local_at(float org, float anchor, float t, float d)
     return s.hi + (s.lo + (f.lo + p.lo));
 }
 
-/* 0 when the ray surely passes the ball (middle, radius) by. The margin, 64 u scale, covers the rounding of a plain closest
- * approach from 4 scale away. */
+/* How much a ball grows to be surely met: 64 u scale covers the rounding of a plain closest approach from 4 scale away. */
+#define RTK_BALL_MARGIN 3.8146973e-06f
+
+/* 0 when the ray surely passes the ball (middle, radius) by. */
 RTK_FN int rtk_local_ray(const rtk_pray *r, rtk_vec3 anchor, rtk_vec3 middle, float radius, rtk_local *out)
 {
     rtk_vec3 f = rtk_sub(r->org, middle), p;
-    float dd = rtk_dot3(r->dir, r->dir), t = -rtk_dot3(f, r->dir) / dd, reach = radius + 3.8146973e-06f * r->scale;
+    float dd = rtk_dot3(r->dir, r->dir), t = -rtk_dot3(f, r->dir) / dd, reach = radius + RTK_BALL_MARGIN * r->scale;
     p = rtk_madd(f, t, r->dir);
     if (!(rtk_dot3(p, p) <= reach * reach))
         return 0;

@@ -37,7 +37,7 @@ RTK_FN int rtk_sphere_passed(const rtk_pray *r, RT_GLOBAL const rtk_shape *s, fl
 {
     rtk_vec3 f = rtk_sub(r->org, rtk_at(s->p));
     float dd = rtk_dot3(r->dir, r->dir), b = rtk_dot3(f, r->dir), ff = rtk_dot3(f, f);
-    float reach = s->p[3] + 3.8146973e-06f * r->scale, wide = dd * (1.00001f * reach * reach + 1.9e-6f * ff);
+    float reach = s->p[3] + RTK_BALL_MARGIN * r->scale, wide = dd * (1.00001f * reach * reach + 1.9e-6f * ff);
     float size = ff * dd, beyond = -b - t1 * dd, behind = b + t0 * dd;
     if (!(size > 1.0e-24f && size < 1.0e30f && wide < 1.0e30f))
         return 0;

@@ -97,13 +97,14 @@ void RTI_ISA_FN(rti_lanes_resolve)(const uint64_t *restrict sum, float *restrict
                                    double samples)
 {
     const uint64_t whole = (uint64_t)samples;
-    const double times = (whole & (whole - 1)) == 0 ? 1.0 / samples : 1.0, over = times == 1.0 ? samples : 1.0;
+    const bool power = (whole & (whole - 1)) == 0;
+    const double times = power ? 1.0 / samples : 1.0, over = power ? 1.0 : samples;
     const uint32_t n = pixels * RTK_FILM_CHANNELS;
     double factor[RTK_BLOCK] RTI_ROW;
     uint32_t at = 0;
     for (uint32_t k = 0; k < RTK_BLOCK; k++)
         factor[k] = k % RTK_FILM_CHANNELS == 3 ? 1.0 : unit;
-    for (; over == 1.0 && n - at >= RTK_BLOCK; at += RTK_BLOCK) {
+    for (; power && n - at >= RTK_BLOCK; at += RTK_BLOCK) {
         RTI_EACH_LANE(k)
         out[at + k] = (float)((double)(int64_t)sum[at + k] * factor[k] * times);
     }

@@ -85,18 +85,23 @@ void rti_mesh_free(rt_context *ctx, rti_mesh *mesh)
         rti_free(ctx, mesh, mesh->size);
 }
 
+rt_status rti_geometry_edit(rt_scene *scene, const char *call, rt_geometry geometry, rti_geometry **out)
+{
+    rt_status status = rti_scene_editable(scene, call);
+    if (status == RT_OK && !(*out = rti_geometry_at(scene, call, geometry.id)))
+        status = RT_ERROR_ARGUMENT;
+    return status;
+}
+
 rt_status rt_scene_set_geometry_material(rt_scene *scene, rt_geometry geometry, rt_material material)
 {
     static const char call[] = "rt_scene_set_geometry_material";
     rti_geometry *g;
-    rt_status status = rti_scene_editable(scene, call);
+    rt_status status = rti_geometry_edit(scene, call, geometry, &g);
     if (status == RT_OK)
         status = rti_check_material(scene, call, "material", material.id);
     if (status != RT_OK)
         return status;
-    g = rti_geometry_at(scene, call, geometry.id);
-    if (!g)
-        return RT_ERROR_ARGUMENT;
     g->material = material.id;
     return RT_OK;
 }
@@ -105,12 +110,9 @@ rt_status rt_scene_set_geometry_mask(rt_scene *scene, rt_geometry geometry, uint
 {
     static const char call[] = "rt_scene_set_geometry_mask";
     rti_geometry *g;
-    rt_status status = rti_scene_editable(scene, call);
+    rt_status status = rti_geometry_edit(scene, call, geometry, &g);
     if (status != RT_OK)
         return status;
-    g = rti_geometry_at(scene, call, geometry.id);
-    if (!g)
-        return RT_ERROR_ARGUMENT;
     g->mask = mask;
     return RT_OK;
 }
@@ -120,12 +122,9 @@ rt_status rt_scene_remove_geometry(rt_scene *scene, rt_geometry geometry)
 {
     static const char call[] = "rt_scene_remove_geometry";
     rti_geometry *g;
-    rt_status status = rti_scene_editable(scene, call);
+    rt_status status = rti_geometry_edit(scene, call, geometry, &g);
     if (status != RT_OK)
         return status;
-    g = rti_geometry_at(scene, call, geometry.id);
-    if (!g)
-        return RT_ERROR_ARGUMENT;
     if (g->type == RTK_GEOM_MESH)
         scene->tri_count -= g->count;
     else if (g->type == RTK_GEOM_SHAPES)

@@ -5,6 +5,8 @@
 
 #include "polygon.h"
 
+#define NORMAL_MAX 1.0e18f /* of a component: its square is a float */
+
 rt_mesh_desc rt_mesh_desc_default(void)
 {
     rt_mesh_desc d;
@@ -54,7 +56,7 @@ static rt_status check_mesh(rt_context *ctx, const char *call, const rt_mesh_des
     if (status == RT_OK)
         status = check_indices(ctx, call, d->indices, 3 * (size_t)d->triangle_count, d->vertex_count);
     if (status == RT_OK && d->normals)
-        status = rti_check_floats(ctx, call, "normals", d->normals, d->vertex_count, 3, 1.0e18f);
+        status = rti_check_floats(ctx, call, "normals", d->normals, d->vertex_count, 3, NORMAL_MAX);
     if (status == RT_OK && d->uvs)
         status = rti_check_floats(ctx, call, "uvs", d->uvs, d->vertex_count, 2, 1.0e9f);
     if (status == RT_OK && d->colors)
@@ -121,25 +123,31 @@ rt_status rt_scene_add_mesh(rt_scene *scene, const rt_mesh_desc *desc, rt_geomet
     return status == RT_OK ? rti_mesh_add(scene, call, &d.common, mesh, d.triangle_count, geometry) : status;
 }
 
-/* ---- moving a mesh's vertices ---- */
+/* ---- a mesh's vertices anew ---- */
 
-static rt_status check_moved(rt_scene *scene, const char *call, const rti_geometry *g, const float *positions,
+/* The geometry, which must be a mesh of a scene that can be edited. */
+static rt_status edit_mesh(rt_scene *scene, const char *call, rt_geometry geometry, rti_geometry **out)
+{
+    rt_status status = rti_geometry_edit(scene, call, geometry, out);
+    if (status == RT_OK && (*out)->type != RTK_GEOM_MESH)
+        status = rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: geometry %u is no mesh and no polyhedron; only these have vertices",
+                          call, geometry.id);
+    return status;
+}
+
+static rt_status check_moved(rt_context *ctx, const char *call, const rti_mesh *mesh, const float *positions,
                              const float *normals, uint32_t count)
 {
-    rt_context *ctx = scene->ctx;
     rt_status status;
-    if (g->type != RTK_GEOM_MESH)
-        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: geometry %u is no mesh and no polyhedron; only these have vertices", call,
-                        (uint32_t)(g - RTI_AT(scene->geometries, rti_geometry, 0)));
-    if (count != g->mesh->vertex_count)
+    if (count != mesh->vertex_count)
         return rti_fail(ctx, RT_ERROR_ARGUMENT,
                         "%s: vertex_count is %u, but the mesh has %u vertices; a mesh with other triangles is added anew", call,
-                        count, g->mesh->vertex_count);
+                        count, mesh->vertex_count);
     status = check_null(ctx, call, "positions", positions, "vertex_count", count);
     if (status == RT_OK)
         status = rti_check_floats(ctx, call, "positions", positions, count, 3, RTI_COORD_MAX);
     if (status == RT_OK && normals)
-        status = rti_check_floats(ctx, call, "normals", normals, count, 3, 1.0e18f);
+        status = rti_check_floats(ctx, call, "normals", normals, count, 3, NORMAL_MAX);
     return status;
 }
 
@@ -156,6 +164,7 @@ static rt_status copy_mesh(rt_context *ctx, const char *call, const rti_mesh *m,
     rt_status status = rti_mesh_make(ctx, call, &want, out);
     if (status != RT_OK)
         return status;
+    copy((*out)->positions, m->positions, m->vertex_count, 3 * sizeof(float));
     copy((*out)->normals, m->normals, m->vertex_count, 3 * sizeof(float));
     copy((*out)->uvs, m->uvs, m->vertex_count, 2 * sizeof(float));
     copy((*out)->colors, m->colors, m->vertex_count, 3 * sizeof(float));
@@ -165,31 +174,78 @@ static rt_status copy_mesh(rt_context *ctx, const char *call, const rti_mesh *m,
     return RT_OK;
 }
 
+/* Makes the geometry's mesh its own, with normals where they are wanted: what several share is never changed. */
+static rt_status own_mesh(rt_scene *scene, const char *call, rti_geometry *g, bool normals)
+{
+    rti_mesh *mesh;
+    rt_status status;
+    if (atomic_load_explicit(&g->mesh->refs, memory_order_acquire) == 1 && (g->mesh->normals || !normals))
+        return RT_OK;
+    status = copy_mesh(scene->ctx, call, g->mesh, g->count, normals || g->mesh->normals, &mesh);
+    if (status != RT_OK)
+        return status;
+    rti_mesh_free(scene->ctx, g->mesh);
+    g->mesh = mesh;
+    return RT_OK;
+}
+
 rt_status rt_scene_set_mesh_positions(rt_scene *scene, rt_geometry geometry, const float *positions, const float *normals,
                                       uint32_t vertex_count)
 {
     static const char call[] = "rt_scene_set_mesh_positions";
     rti_geometry *g;
-    rti_mesh *mesh;
-    rt_status status = rti_scene_editable(scene, call);
+    rt_status status = edit_mesh(scene, call, geometry, &g);
+    if (status == RT_OK)
+        status = check_moved(scene->ctx, call, g->mesh, positions, normals, vertex_count);
+    if (status == RT_OK)
+        status = own_mesh(scene, call, g, normals != NULL);
     if (status != RT_OK)
         return status;
-    g = rti_geometry_at(scene, call, geometry.id);
-    if (!g)
-        return RT_ERROR_ARGUMENT;
-    status = check_moved(scene, call, g, positions, normals, vertex_count);
-    if (status != RT_OK)
-        return status;
-    mesh = g->mesh;
-    if (atomic_load_explicit(&mesh->refs, memory_order_acquire) > 1 || (normals && !mesh->normals)) {
-        status = copy_mesh(scene->ctx, call, g->mesh, g->count, normals || g->mesh->normals, &mesh);
-        if (status != RT_OK)
-            return status;
-        rti_mesh_free(scene->ctx, g->mesh);
-        g->mesh = mesh;
+    copy(g->mesh->positions, positions, vertex_count, 3 * sizeof(float));
+    copy(g->mesh->normals, normals, vertex_count, 3 * sizeof(float));
+    scene->geometry_changed = true;
+    return RT_OK;
+}
+
+/* The sum of the normals of a vertex's triangles, each as long as twice the triangle's area. What is too large for a float
+ * becomes 0, which means the face's. */
+static void sum_normals(rti_mesh *m, uint32_t triangles)
+{
+    const size_t count = 3 * (size_t)m->vertex_count;
+    for (size_t i = 0; i < count; i++)
+        m->normals[i] = 0.0f;
+    for (size_t f = 0; f < triangles; f++) {
+        const uint32_t *i = m->indices + 3 * f;
+        const float *p = m->positions + 3 * (size_t)i[0], *q = m->positions + 3 * (size_t)i[1],
+                    *r = m->positions + 3 * (size_t)i[2];
+        const rtk_vec3 a = {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, b = {r[0] - p[0], r[1] - p[1], r[2] - p[2]};
+        const rtk_vec3 n = rtk_cross3(a, b);
+        for (int k = 0; k < 3; k++) {
+            float *to = m->normals + 3 * (size_t)i[k];
+            to[0] += n.x;
+            to[1] += n.y;
+            to[2] += n.z;
+        }
     }
-    copy(mesh->positions, positions, vertex_count, 3 * sizeof(float));
-    copy(mesh->normals, normals, vertex_count, 3 * sizeof(float));
+    for (size_t i = 0; i < count; i++) {
+        if (!(rtk_fabs(m->normals[i]) <= NORMAL_MAX))
+            m->normals[i] = 0.0f;
+    }
+}
+
+rt_status rt_scene_smooth_mesh(rt_scene *scene, rt_geometry geometry)
+{
+    static const char call[] = "rt_scene_smooth_mesh";
+    rti_geometry *g;
+    rti_fpenv env;
+    rt_status status = edit_mesh(scene, call, geometry, &g);
+    if (status == RT_OK)
+        status = own_mesh(scene, call, g, true);
+    if (status != RT_OK)
+        return status;
+    env = rti_fp_enter();
+    sum_normals(g->mesh, g->count);
+    rti_fp_leave(env);
     scene->geometry_changed = true;
     return RT_OK;
 }

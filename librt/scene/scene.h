@@ -124,6 +124,8 @@ rt_status rti_check_texture(const rt_scene *scene, const char *call, const char 
 rt_status rti_check_common(const rt_scene *scene, const char *call, const rt_geometry_common *common);
 /* A handle's record, or NULL with the sentence set. */
 rti_geometry *rti_geometry_at(rt_scene *scene, const char *call, uint32_t id);
+/* The same of a scene that can be edited: STATE or ARGUMENT with the sentence. */
+rt_status rti_geometry_edit(rt_scene *scene, const char *call, rt_geometry geometry, rti_geometry **out);
 
 /* ---- adding (geometry.c, mesh.c) ---- */
 rt_status rti_geometry_push(rt_scene *scene, const char *call, const rt_geometry_common *common, uint8_t type, uint32_t count,

@@ -30,7 +30,7 @@ RTI_VEC vec packet_local_at(vec org, vec anchor, vec t, vec d)
 /* Of `lanes` from `at` on, none of whose rays has its origin moved, those that hit the sphere, and where first. */
 RTI_VEC rtk_u32 packet_sphere_hits(const packet *p, const float sphere[4], float scale, rtk_u32 at, rtk_u32 lanes, vec *out)
 {
-    const vec zero = V(set)(0.0f), radius = V(set)(sphere[3]), reach = V(set)(sphere[3] + 3.8146973e-06f * scale);
+    const vec zero = V(set)(0.0f), radius = V(set)(sphere[3]), reach = V(set)(sphere[3] + RTK_BALL_MARGIN * scale);
     const vec3 org = {V(load)(p->org[0] + at), V(load)(p->org[1] + at), V(load)(p->org[2] + at)};
     const vec3 dir = {V(load)(p->dir[0] + at), V(load)(p->dir[1] + at), V(load)(p->dir[2] + at)};
     const vec3 middle = {V(set)(sphere[0]), V(set)(sphere[1]), V(set)(sphere[2])};

@@ -48,7 +48,7 @@ local function not_found(self, wanted)
   check.fail("%s: %s is not in the scene; put it there by scene:add", WHO, what)
 end
 
--- The arrays as the library takes them; with faces it makes normals of them.
+-- The arrays as the library takes them, and whether it is to make normals of the faces.
 local function arrays_of(object, t)
   local o = check.fields(check.plain_table(t, WHO, EXAMPLE), fields, WHO)
   check.required(o, { "vertices" }, WHO)
@@ -59,15 +59,17 @@ local function arrays_of(object, t)
   arrays.same_count(o, WHO, "normals", 3, #o.vertices // 3, "vertices")
   if o.smooth and o.normals then
     check.fail("%s: smooth makes normals, but normals are given", WHO)
-  elseif o.smooth and object.add ~= "add_mesh" then
-    check.fail("%s: smooth needs the faces of an rt.mesh that was made from arrays; give normals", WHO)
+  elseif o.smooth == nil and object.smooth and object.file and not o.normals then
+    check.fail("%s: the mesh's normals were made of its file (smooth = true); give normals for the new vertices, smooth = true to make them of " ..
+      "its faces, or smooth = false to keep those of the old", WHO)
   end
   local smooth = o.smooth or o.smooth == nil and object.smooth and not o.normals
-  return { vertices = o.vertices, normals = o.normals, faces = smooth and object.faces or nil }
+  return { vertices = o.vertices, normals = o.normals, smooth = smooth or nil }
 end
 
 -- scene:set_vertices(mesh or name, { vertices = ..., normals = ..., smooth = true }): the mesh's vertices stand elsewhere from the next render or
--- query on. A mesh that was made with smooth = true gets new normals; others keep those they have unless some are given.
+-- query on. A mesh that was made of arrays with smooth = true gets new normals; others keep those they have unless some are given or smooth is true.
+-- Those of a mesh from a file stand where its transform put them.
 local function set_vertices(self, wanted, t)
   local ids, object = find(self, wanted)
   if #ids == 0 then

@@ -112,6 +112,11 @@ describe("scene:set_vertices", function()
     scene:set_vertices(mesh, { vertices = slope })
     assert.near(math.sqrt(0.5), normal(scene)[3], 1e-6)
     scene:set_vertices(mesh, { vertices = slope, smooth = false })
+    for i = 1, #mesh.faces do -- what the script does with its buffer afterwards is not the scene's
+      mesh.faces[i] = 0
+    end
+    scene:set_vertices(mesh, { vertices = corners(flat) })
+    assert.near(1, normal(scene)[3], 1e-6)
     mesh = sheet()
     scene = scene_of(mesh)
     local up = {}
@@ -184,9 +189,19 @@ describe("scene:set_vertices", function()
       raises("vertex_count is 3, but the mesh has 4 vertices", function()
         scene:set_vertices(square, { vertices = { 0, 0, 0, 1, 1, 1, 2, 2, 2 } })
       end)
-      raises("smooth needs the faces of an rt.mesh that was made from arrays", function()
-        scene:set_vertices(tent, { vertices = { { -1, 0, 3 }, { 1, 0, 3 }, { 1, 1, 3 }, { -1, 1, 3 } }, smooth = true })
-      end)
+      local slope = { { -1, 0, 3 }, { 1, 0, 3 }, { 1, 1, 4 }, { -1, 1, 4 } }
+      local function normal(s, y)
+        return s:intersect { org = { 0.2, y, 9 }, dir = { 0, 0, -1 } }.ns[3]
+      end
+      scene:set_vertices(tent, { vertices = slope, smooth = true })
+      assert.near(math.sqrt(0.5), normal(scene, 0.4), 1e-6)
+      local round = rt.mesh { file = path, smooth = true }
+      local smooth = rt.scene { round }
+      raises("normals were made of its file (smooth = true); give normals", function() smooth:set_vertices(round, { vertices = slope }) end)
+      smooth:set_vertices(round, { vertices = slope, smooth = true })
+      assert.near(math.sqrt(0.5), normal(smooth, 0.4), 1e-6)
+      smooth:set_vertices(round, { vertices = { { -1, 0, 3 }, { 1, 0, 3 }, { 1, 1, 3 }, { -1, 1, 3 } }, smooth = false })
+      assert.near(math.sqrt(0.5), normal(smooth, 0.4), 1e-6)
     end)
   end)
 end)

@@ -492,6 +492,49 @@ static void test_normals(void **state)
     rt_context_destroy(ctx);
 }
 
+/* Normals from the triangles as they stand; a sum that no float holds becomes the face's; a mesh of nothing has none. */
+static void test_smooth(void **state)
+{
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *scene = kit_scene(ctx);
+    rt_mesh_desc nothing = rt_mesh_desc_default();
+    rt_geometry none, ball = {kit_sphere(scene, 0, 0, 9, 1)}, g;
+    sheet *s = malloc(sizeof *s);
+    rt_ray down = kit_ray(0.51f, 0.52f, 5, 0, 0, -1);
+    rt_hit hit;
+    rt_surface at;
+    (void)state;
+    sheet_make(s);
+    g = sheet_add(scene, s);
+    kit_ok(ctx, rt_scene_add_mesh(scene, &nothing, &none));
+    kit_ok(ctx, rt_scene_smooth_mesh(scene, none));
+    for (uint32_t i = 0; i < VERTICES; i++)
+        s->now[3 * i + 2] = s->rest[3 * i] * s->rest[3 * i];
+    kit_ok(ctx, set(scene, g, s));
+    kit_ok(ctx, rt_scene_smooth_mesh(scene, g));
+    kit_commit(scene);
+    hit = kit_hit(scene, down);
+    rt_scene_surface(scene, &down, &hit, &at);
+    assert_float_equal(at.ns.x / at.ns.z, -2.0f * 0.51f, 0.002f); /* of z = x^2; that of a face is off by as much as 0.05 */
+    sheet_move(s, REST, 0.0f);
+    kit_ok(ctx, set(scene, g, s));
+    for (int large = 0; large < 2; large++) {
+        for (uint32_t i = 0; large && i < 3 * VERTICES; i++)
+            s->now[i] *= 1.0e11f;
+        kit_ok(ctx, set(scene, g, s));
+        kit_ok(ctx, rt_scene_smooth_mesh(scene, g));
+        kit_commit(scene);
+        hit = kit_hit(scene, down);
+        rt_scene_surface(scene, &down, &hit, &at);
+        assert_true(at.ns.x == 0.0f && at.ns.y == 0.0f && at.ns.z == 1.0f);
+    }
+    KIT_REFUSED(ctx, rt_scene_smooth_mesh(scene, ball), "rt_scene_smooth_mesh: geometry 0 is no mesh and no polyhedron");
+    KIT_REFUSED(ctx, rt_scene_smooth_mesh(scene, (rt_geometry){9}), "geometry 9 is not one of the scene");
+    free(s);
+    rt_scene_destroy(scene);
+    rt_context_destroy(ctx);
+}
+
 /* Each allocation refused in turn: the call and the commit fail cleanly, and what was committed stays. */
 static void test_no_memory(void **state)
 {
@@ -529,9 +572,9 @@ static void test_no_memory(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_hits),      cmocka_unit_test(test_workers),
-                                       cmocka_unit_test(test_choice),    cmocka_unit_test(test_parts),
-                                       cmocka_unit_test(test_instances), cmocka_unit_test(test_refused),
-                                       cmocka_unit_test(test_normals),   cmocka_unit_test(test_no_memory)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_hits),    cmocka_unit_test(test_workers),   cmocka_unit_test(test_choice),
+        cmocka_unit_test(test_parts),   cmocka_unit_test(test_instances), cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_normals), cmocka_unit_test(test_smooth),    cmocka_unit_test(test_no_memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
