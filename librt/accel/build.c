@@ -12,7 +12,7 @@ static const rti_build_preset presets[] = {
      {.builder = RTI_BUILD_KD_BINNED}},
     {"paper",
      "exact kd-tree of up to 96 levels, for comparison with published tables",
-     {.builder = RTI_BUILD_KD_EXACT, .max_depth = 96, .duplication = 64.0f}},
+     {.builder = RTI_BUILD_KD_EXACT, .max_depth = 96, .leaf_size = 2, .cost_intersect = 1.0f, .duplication = 64.0f}},
     {"octree", "octree of small leaves", {.builder = RTI_BUILD_OCTREE}},
     {"bvh", "eight-wide BVH by binned heuristic", {.builder = RTI_BUILD_BVH}},
     {"bvh spatial", "eight-wide BVH with spatial splits: builds slower, traces faster", {.builder = RTI_BUILD_BVH_SPATIAL}},
@@ -50,10 +50,17 @@ static uint32_t kd_depth(uint32_t prim_count)
     return rtk_umin(8 + (13 * log2 + 9) / 10, 64);
 }
 
+/* Is it a kd-tree whose leaves are met four triangles at a time (kd_wide.c)? */
+static bool by_fours(const rti_build *b)
+{
+    return b->builder != RTI_BUILD_OCTREE && !rti_builds_bvh(b->builder) && b->in->tri_count > b->in->box_count;
+}
+
 /* Depth and leaves by default; depth at most. */
 static void settle_sizes(rti_build *b, const rti_build_settings *s)
 {
-    uint32_t depth = kd_depth(b->prim_count), most = RTK_KD_DEPTH, leaf = s->builder == RTI_BUILD_KD_BINNED ? 4 : 2;
+    uint32_t depth = kd_depth(b->prim_count), most = RTK_KD_DEPTH,
+             leaf = by_fours(b) || s->builder == RTI_BUILD_KD_BINNED ? 4 : 2;
     if (s->builder == RTI_BUILD_OCTREE) {
         depth = 16;
         most = RTK_OCT_DEPTH;
@@ -75,7 +82,7 @@ void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_buil
     b->prim_count = input->tri_count + input->box_count;
     settle_sizes(b, s);
     b->cost_traverse = settled(s->cost_traverse, 1.0f);
-    b->cost_intersect = settled(s->cost_intersect, 1.0f);
+    b->cost_intersect = settled(s->cost_intersect, by_fours(b) ? 0.25f : 1.0f);
     b->empty_bonus = rtk_min(settled(s->empty_bonus, 0.2f), 0.95f);
     b->duplication = rtk_max(settled(s->duplication, s->builder == RTI_BUILD_BVH_SPATIAL ? 1.5f : 16.0f), 1.0f);
     if (s->builder == RTI_BUILD_BVH_SPATIAL) /* the room for it is taken before the build */
@@ -228,8 +235,8 @@ rt_status rti_tree_build(rt_context *ctx, const rti_build_input *input, const rt
     return status;
 }
 
-/* Measured on the meshes of the benchmarks, in bytes a primitive at the peak: 175 to 215 for the kd-tree as it comes, up to 480
- * for trees of small leaves and for those that may repeat a primitive more often than usual. */
+/* Measured on the meshes of the benchmarks and soups, in bytes a primitive at the peak: 80 to 345 for the kd-tree as it comes and
+ * 1,750 for one that splits whenever it can; up to 480 for an octree of small leaves. */
 uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_settings *settings)
 {
     uint64_t n = (uint64_t)input->tri_count + input->box_count;
@@ -237,5 +244,7 @@ uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_set
     rti_build_settle(&b, input, settings, NULL);
     if (rti_builds_bvh(b.builder))
         return 16384 + (uint64_t)((double)n * 260.0 * (b.builder == RTI_BUILD_BVH_SPATIAL ? b.duplication : 1.0f));
-    return 16384 + n * (b.duplication > 16.0f || b.leaf_size < (b.builder == RTI_BUILD_OCTREE ? 8 : 2) ? 520 : 330);
+    if (b.builder == RTI_BUILD_OCTREE)
+        return 16384 + n * (b.duplication > 16.0f || b.leaf_size < 8 ? 520 : 330);
+    return 16384 + n * (b.duplication > 16.0f || b.leaf_size < 4 || b.cost_intersect > 0.25f * b.cost_traverse ? 1800 : 380);
 }

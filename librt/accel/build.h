@@ -113,6 +113,8 @@ typedef struct rti_method {
 
 rt_status rti_top_build(rt_context *ctx, const rti_build *b, const rti_method *method, double start, void **chunk, size_t *size);
 
+/* Makes of the chunk of a kd-tree one that has its cells by eights as well, and leaves in blocks (kd_wide.c). */
+rt_status rti_kd_widen(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
 rt_status rti_kd_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
 rt_status rti_octree_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
 rt_status rti_bvh_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);

@@ -505,12 +505,11 @@ static rt_status build_binary(build *job, const rti_bvh_range *root)
 static void settle(rti_bvh *t)
 {
     const rti_build *b = t->b;
-    float longest = 0.0f;
-    for (int a = 0; a < 3; a++)
-        longest = rtk_max(longest, b->in->hi[a] - b->in->lo[a]);
-    t->unit = longest > 1.0e-37f && longest <= 3.0e38f ? 1.0f / longest : 1.0f;
+    t->unit = rti_bvh_unit(b->in);
     t->grow2 = rti_f4_xyz(rti_f4_set(2.0f * b->in->grow));
     t->blocks = b->in->tri_count > 0 && b->builder != RTI_BUILD_BVH_COMPACT;
+    t->depth = b->max_depth;
+    t->grow = b->in->grow;
     t->most = b->leaf_size;
     t->together = t->blocks ? RTK_BVH_BLOCK : (b->in->tri_count > 0 ? 2u : 1u);
     t->spatial = b->builder == RTI_BUILD_BVH_SPATIAL;

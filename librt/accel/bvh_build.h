@@ -36,7 +36,8 @@ static inline void rti_bvh_extend(rti_bvh_box *b, rti_bvh_box by)
     b->hi = rti_f4_max(b->hi, by.hi);
 }
 
-/* A node of the binary tree. count > 0: a leaf, `child` its first entry in order[]; else child and child + 1 are its children. */
+/* A node of the binary tree. count > 0: a leaf, `child` its first entry in order[]; else child and child + 1 are its children, or
+ * where child is 0 it is an empty cell of a kd-tree. */
 typedef struct rti_bvh_node {
     float lo[3];
     uint32_t child;
@@ -82,6 +83,10 @@ typedef struct rti_bvh {
     rt_context *ctx;
     const rti_build *b;
     bool blocks;               /* leaves of triangles get them */
+    uint32_t depth;            /* levels of nodes of eight, at most */
+    float grow;                /* of the boxes that are written */
+    const rtk_kdnode *kd;      /* the tree is a kd-tree of kd_count nodes, which have the numbers of `nodes`; NULL: a BVH */
+    uint32_t kd_count;
     uint32_t most;             /* references of a leaf */
     uint32_t together;         /* references that cost as much as one */
     rti_f4 grow2;              /* what boxes are grown by on both sides together */
@@ -95,6 +100,15 @@ typedef struct rti_bvh {
     size_t node_capacity;
     uint32_t top_count; /* nodes made before the parts; part nodes of a range start at top_count + 2 * room_begin */
 } rti_bvh;
+
+/* What brings the longest side to 1. */
+static inline float rti_bvh_unit(const rti_build_input *in)
+{
+    float longest = 0.0f;
+    for (int a = 0; a < 3; a++)
+        longest = rtk_max(longest, in->hi[a] - in->lo[a]);
+    return longest > 1.0e-37f && longest <= 3.0e38f ? 1.0f / longest : 1.0f;
+}
 
 static inline float rti_bvh_area(const rti_bvh *t, rti_bvh_box b)
 {
@@ -144,7 +158,7 @@ void rti_bvh_spatial_scatter(const rti_bvh *t, const rti_bvh_split *split, const
 /* Cost of a leaf of so many, per area. */
 float rti_bvh_leaf_cost(const rti_bvh *t, uint32_t count);
 
-/* Folds the binary tree into a chunk. root: its node. */
+/* Folds the binary tree into a chunk. root: its node; RTK_INVALID: there is nothing in it. */
 rt_status rti_bvh_write(const rti_bvh *t, uint32_t root, double start, void **chunk, size_t *size);
 
 #endif

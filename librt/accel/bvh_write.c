@@ -1,6 +1,6 @@
-/* From the binary tree to a chunk of nodes of eight: a node takes the two children of a binary one and opens slots until eight
- * are there (next_slot). Subtrees that lie in one part are a task each, which goes over its subtree twice: to count, then to
- * write where the sums of the counts say.
+/* From the binary tree, a BVH's or a kd-tree's, to a chunk of nodes of eight: a node takes the two children of a binary one and
+ * opens slots until eight are there (next_slot). Subtrees that lie in one part are a task each, which goes over its subtree
+ * twice: to count, then to write where the sums of the counts say.
  */
 #include <string.h>
 
@@ -26,10 +26,16 @@ typedef struct writer {
     size_t task_count, task_capacity;
     bool dense; /* nodes are filled, at the cost of a few more visits */
     bool writing;
+    rtk_kdnode *kd;
     rtk_bvhnode *nodes;
     rtk_bvhblock *blocks;
     uint32_t *refs;
 } writer;
+
+static bool is_empty(const rti_bvh *t, uint32_t node)
+{
+    return t->nodes[node].count == 0 && t->nodes[node].child == 0;
+}
 
 static bool is_leaf(const rti_bvh *t, uint32_t node)
 {
@@ -88,8 +94,9 @@ static void open_slot(const rti_bvh *t, slots *s, uint32_t at)
     memmove(s->area + at, s->area + at + 1, behind * sizeof *s->area);
     memmove(s->node + at, s->node + at + 1, behind * sizeof *s->node);
     memmove(s->leaves + at, s->leaves + at + 1, behind * sizeof *s->leaves);
-    add_slot(t, s, child);
-    add_slot(t, s, child + 1);
+    for (uint32_t i = 0; i < 2; i++)
+        if (!is_empty(t, child + i))
+            add_slot(t, s, child + i);
 }
 
 /* The slot to open next; s->count: none. The largest inner one is the best for rays. It leaves many nodes of two or three leaves,
@@ -138,10 +145,22 @@ static void put_lanes(const writer *w, const uint32_t *prims, uint32_t count, ui
     }
 }
 
+/* A leaf of triangles alone; that of a BVH holds one kind of primitives. */
 static bool in_blocks(const rti_bvh *t, uint32_t node)
 {
     const rti_bvh_node *n = &t->nodes[node];
-    return t->blocks && n->count > 0 && t->order[n->child] < t->b->in->tri_count;
+    const uint32_t *prims = t->order + n->child, look = t->kd && t->b->in->box_count > 0 ? n->count : 1;
+    for (uint32_t i = 0; i < look && t->blocks && n->count > 0; i++)
+        if (prims[i] >= t->b->in->tri_count)
+            return false;
+    return t->blocks && n->count > 0;
+}
+
+/* A leaf's references are from `first` on. */
+static void leaf_at(const writer *w, uint32_t node, uint32_t first)
+{
+    if (w->kd)
+        w->kd[node].a = first;
 }
 
 /* Places of a node's blocks that its leaves have not filled. */
@@ -170,8 +189,10 @@ static uint32_t put_blocked(const writer *w, uint32_t node, totals *at, holes *h
         at->blocks += need;
         at->filler += end - first - count;
     }
-    if (w->writing)
+    if (w->writing) {
         put_lanes(w, prims, count, first, end);
+        leaf_at(w, node, first);
+    }
     return first;
 }
 
@@ -190,8 +211,10 @@ static uint32_t put_plain(const writer *w, uint32_t node, totals *at)
 {
     const rti_bvh_node *n = &w->t->nodes[node];
     uint32_t first = at->plain;
-    if (w->writing)
+    if (w->writing) {
         memcpy(w->refs + first, w->t->order + n->child, n->count * sizeof *w->refs);
+        leaf_at(w, node, first);
+    }
     at->plain += n->count;
     return first;
 }
@@ -207,7 +230,7 @@ static uint32_t put_rest(const writer *w, uint32_t binary, totals *at)
         if (n->count > 0) {
             put_plain(w, node, at);
             count += n->count;
-        } else {
+        } else if (n->child > 0) {
             stack[top++] = n->child + 1;
             stack[top++] = n->child;
         }
@@ -223,8 +246,8 @@ static void put_slot(const writer *w, uint32_t wide, uint32_t slot, uint32_t bin
     rtk_bvhnode *node = &w->nodes[wide];
     const rti_bvh_node *n = &w->t->nodes[binary];
     for (int a = 0; a < 3; a++) {
-        node->box[a][0][slot] = n->lo[a] - w->t->b->in->grow;
-        node->box[a][1][slot] = n->hi[a] + w->t->b->in->grow;
+        node->box[a][0][slot] = n->lo[a] - w->t->grow;
+        node->box[a][1][slot] = n->hi[a] + w->t->grow;
     }
     node->child[slot] = child;
     node->count[slot] = count;
@@ -254,7 +277,7 @@ static uint32_t put_node(const writer *w, const todo *it, totals *at, todo inner
         uint32_t child, count = t->nodes[s.node[i]].count;
         if (count > 0) {
             child = in_blocks(t, s.node[i]) ? places[i] : put_plain(w, s.node[i], at);
-        } else if (it->depth + 1 >= t->b->max_depth) {
+        } else if (it->depth + 1 >= t->depth) {
             child = at->plain;
             count = put_rest(w, s.node[i], at);
         } else {
@@ -343,12 +366,15 @@ static size_t aligned(size_t size)
     return (size + 63) & ~(size_t)63;
 }
 
+/* The chunk: header, nodes of a kd-tree, nodes of eight, blocks, references, each from a multiple of 64 on. */
 static void write_header(const rti_bvh *t, const totals *sum, rtk_tree_header *h)
 {
     const rti_build *b = t->b;
+    uint64_t wide;
     memset(h, 0, aligned(sizeof *h));
-    h->kind = RTK_TREE_BVH;
-    h->node_count = sum->nodes;
+    h->kind = t->kd ? RTK_TREE_KD : RTK_TREE_BVH;
+    h->node_count = t->kd ? t->kd_count : sum->nodes;
+    h->wide_count = t->kd ? sum->nodes : 0;
     h->ref_count = sum->blocks * RTK_BVH_BLOCK + sum->plain;
     h->block_count = sum->blocks;
     h->filler_count = sum->filler;
@@ -361,22 +387,31 @@ static void write_header(const rti_bvh *t, const totals *sum, rtk_tree_header *h
     h->max_depth = b->max_depth;
     h->flags = b->builder;
     h->off_nodes = aligned(sizeof *h);
-    h->off_blocks = sum->blocks ? h->off_nodes + sum->nodes * sizeof(rtk_bvhnode) : 0;
-    h->off_refs = aligned(h->off_nodes + sum->nodes * sizeof(rtk_bvhnode) + sum->blocks * sizeof(rtk_bvhblock));
+    wide = h->off_nodes + (t->kd ? aligned(t->kd_count * sizeof *t->kd) : 0);
+    h->off_wide = t->kd ? wide : 0;
+    h->off_blocks = sum->blocks ? wide + sum->nodes * sizeof(rtk_bvhnode) : 0;
+    h->off_refs = aligned(wide + sum->nodes * sizeof(rtk_bvhnode) + sum->blocks * sizeof(rtk_bvhblock));
 }
 
 static char *make_chunk(writer *w, const totals *sum, size_t *size)
 {
-    size_t end = aligned(sizeof(rtk_tree_header)) + sum->nodes * sizeof(rtk_bvhnode) + sum->blocks * sizeof(rtk_bvhblock);
+    const rti_bvh *t = w->t;
+    size_t wide = aligned(sizeof(rtk_tree_header)) + (t->kd ? aligned(t->kd_count * sizeof *t->kd) : 0);
+    size_t end = wide + sum->nodes * sizeof(rtk_bvhnode) + sum->blocks * sizeof(rtk_bvhblock);
     uint64_t refs = (uint64_t)sum->blocks * RTK_BVH_BLOCK + sum->plain;
     char *bytes;
     *size = aligned(end) + refs * sizeof(uint32_t);
-    bytes = sum->nodes <= RTI_NODE_MAX && refs <= RTI_REF_MAX ? rti_alloc(w->t->ctx, *size) : NULL;
+    bytes = sum->nodes <= RTI_NODE_MAX && refs <= RTI_REF_MAX ? rti_alloc(t->ctx, *size) : NULL;
     if (!bytes)
         return NULL;
-    write_header(w->t, sum, (rtk_tree_header *)bytes);
+    write_header(t, sum, (rtk_tree_header *)bytes);
+    if (t->kd) {
+        w->kd = (rtk_kdnode *)(void *)(bytes + aligned(sizeof(rtk_tree_header)));
+        memcpy(w->kd, t->kd, t->kd_count * sizeof *t->kd);
+        memset(w->kd + t->kd_count, 0, (size_t)(bytes + wide - (char *)(w->kd + t->kd_count)));
+    }
     memset(bytes + end, 0, aligned(end) - end);
-    w->nodes = (rtk_bvhnode *)(void *)(bytes + aligned(sizeof(rtk_tree_header)));
+    w->nodes = (rtk_bvhnode *)(void *)(bytes + wide);
     w->blocks = (rtk_bvhblock *)(void *)(w->nodes + sum->nodes);
     w->refs = (uint32_t *)(void *)(bytes + aligned(end));
     return bytes;
@@ -402,7 +437,7 @@ static bool too_large(const rti_bvh *t, const totals *sum)
 {
     uint64_t bytes = (uint64_t)sum->nodes * sizeof(rtk_bvhnode) + sum->plain * sizeof(uint32_t) +
                      (uint64_t)sum->blocks * (sizeof(rtk_bvhblock) + RTK_BVH_BLOCK * sizeof(uint32_t));
-    return t->blocks && !t->spatial && bytes > (uint64_t)60 * t->b->prim_count;
+    return t->blocks && !t->spatial && !t->kd && bytes > (uint64_t)60 * t->b->prim_count;
 }
 
 static rt_status fold(writer *w, uint32_t root, todo *list, char **bytes, size_t *size)

@@ -197,5 +197,6 @@ static void kd_write(void *node, const rti_open *o, uint32_t child)
 rt_status rti_kd_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size)
 {
     static const rti_method method = {RTK_TREE_KD, sizeof(rtk_kdnode), 2, kd_split, kd_write, kd_part};
-    return rti_top_build(ctx, b, &method, start, chunk, size);
+    rt_status status = rti_top_build(ctx, b, &method, start, chunk, size);
+    return status == RT_OK ? rti_kd_widen(ctx, b, start, chunk, size) : status;
 }

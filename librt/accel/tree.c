@@ -14,9 +14,11 @@ rtk_tree rti_tree_view(const void *chunk)
     v.hi = rtk_v3(h->hi[0], h->hi[1], h->hi[2]);
     v.kd = h->kind == RTK_TREE_KD ? (const rtk_kdnode *)(const void *)(bytes + h->off_nodes) : NULL;
     v.oct = h->kind == RTK_TREE_OCTREE ? (const rtk_octnode *)(const void *)(bytes + h->off_nodes) : NULL;
-    v.bvh = h->kind == RTK_TREE_BVH ? (const rtk_bvhnode *)(const void *)(bytes + h->off_nodes) : NULL;
+    v.bvh = NULL;
+    if (h->kind == RTK_TREE_BVH || h->kind == RTK_TREE_KD)
+        v.bvh = (const rtk_bvhnode *)(const void *)(bytes + (h->kind == RTK_TREE_BVH ? h->off_nodes : h->off_wide));
     v.refs = (const rtk_u32 *)(const void *)(bytes + h->off_refs);
-    v.block_count = h->kind == RTK_TREE_BVH ? h->block_count : 0;
+    v.block_count = v.bvh ? h->block_count : 0;
     v.blocks = v.block_count ? (const rtk_bvhblock *)(const void *)(bytes + h->off_blocks) : NULL;
     return v;
 }
@@ -222,6 +224,11 @@ static bool slot_empty(const rtk_bvhnode *n, uint32_t slot)
     return true;
 }
 
+static uint32_t wide_count(const rtk_tree_header *h)
+{
+    return h->kind == RTK_TREE_BVH ? h->node_count : h->wide_count;
+}
+
 static bool slot_valid(const rtk_tree_header *h, const rtk_bvhnode *n, uint32_t node, uint32_t slot)
 {
     uint32_t child = n->child[slot], count = n->count[slot], blocked = h->block_count * RTK_BVH_BLOCK;
@@ -231,13 +238,13 @@ static bool slot_valid(const rtk_tree_header *h, const rtk_bvhnode *n, uint32_t 
         if (!rtk_finite(n->box[a][0][slot]) || !rtk_finite(n->box[a][1][slot]) || n->box[a][0][slot] > n->box[a][1][slot])
             return false;
     if (count == 0)
-        return child > node && child < h->node_count;
+        return child > node && child < wide_count(h);
     if (child >= blocked)
         return count <= h->ref_count && child <= h->ref_count - count;
     return count <= blocked - child;
 }
 
-static bool bvh_valid(const rtk_tree_header *h)
+static bool wide_valid(const rtk_tree_header *h)
 {
     rtk_tree t = rti_tree_view(h);
     uint32_t stack[RTI_TREE_WALK], depths[RTI_TREE_WALK], count = 1;
@@ -245,7 +252,7 @@ static bool bvh_valid(const rtk_tree_header *h)
     stack[0] = depths[0] = 0;
     while (count > 0) {
         uint32_t node = stack[--count], depth = depths[count];
-        if (++met > h->node_count || depth >= RTK_BVH_DEPTH)
+        if (++met > wide_count(h) || depth >= RTK_BVH_DEPTH)
             return false;
         for (uint32_t i = 0; i < RTK_BVH_WIDTH; i++) {
             const rtk_bvhnode *n = &t.bvh[node];
@@ -266,7 +273,12 @@ static bool arrays_valid(const rtk_tree_header *h, size_t size)
     if (h->node_count == 0 || h->node_count > RTI_NODE_MAX || !inside(h->off_nodes, h->node_count, node_size[h->kind], size) ||
         !inside(h->off_refs, h->ref_count, sizeof(rtk_u32), size) || h->filler_count > h->ref_count)
         return false;
-    if (h->kind != RTK_TREE_BVH || h->block_count == 0)
+    if (h->kind != RTK_TREE_KD && (h->wide_count != 0 || h->off_wide != 0))
+        return false;
+    if (h->kind == RTK_TREE_KD &&
+        (h->wide_count == 0 || h->wide_count > RTI_NODE_MAX || !inside(h->off_wide, h->wide_count, sizeof(rtk_bvhnode), size)))
+        return false;
+    if (h->kind == RTK_TREE_OCTREE || h->block_count == 0)
         return h->block_count == 0 && h->off_blocks == 0;
     return h->block_count <= h->ref_count / RTK_BVH_BLOCK && inside(h->off_blocks, h->block_count, sizeof(rtk_bvhblock), size);
 }
@@ -280,7 +292,7 @@ bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit)
     for (uint32_t i = 0; i < h->ref_count; i++)
         if (refs[i] >= prim_limit)
             return false;
-    return h->kind == RTK_TREE_BVH ? bvh_valid(h) : walk_valid(h);
+    return (h->kind == RTK_TREE_BVH || walk_valid(h)) && (h->kind == RTK_TREE_OCTREE || wide_valid(h));
 }
 
 bool rti_tree_blocks_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_count)

@@ -1,18 +1,19 @@
 /* Walk of a kd-tree with a full stack, front to back.
  *
- * Instantiated with RTK_WALK (name), RTK_WALK_FROM (name of the walk of the subtree at `at` from t0 to t1), RTK_PRIM(q, mode, r,
- * ref) (what a leaf does with a reference) and RTK_MODE.
+ * Instantiated with RTK_WALK (name), RTK_PRIM(q, mode, r, ref) (what a leaf does with a reference) and RTK_MODE.
  * A stack entry is eight bytes: the near end of a node that was put by is the far end of what is walked before it.
  * Source: Wald 2004 (near and far by the direction's sign). What differs: >= and <= send a plane at an end of the interval to the
  * side that the theory of ray.h needs, so that the intervals of visited cells tile the ray.
  */
-RTK_FN int RTK_WALK_FROM(rtk_query *q, rtk_tree tree, const rtk_pray *r, float outer, rtk_u32 at, float t0, float t1)
+RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_pray *r, float outer)
 {
     rtk_u32 stack_node[RTK_KD_STACK];
     float stack_t1[RTK_KD_STACK];
     float org[3], inv[3];
     rtk_u32 back[3]; /* 1: the high child is the near one */
-    rtk_u32 top = 0u, i;
+    rtk_u32 at = 0u, top = 0u, i;
+    float t0 = r->t0, t1 = r->t1;
+    (void)prim_count;
     org[0] = r->org.x;
     org[1] = r->org.y;
     org[2] = r->org.z;
@@ -57,10 +58,4 @@ RTK_FN int RTK_WALK_FROM(rtk_query *q, rtk_tree tree, const rtk_pray *r, float o
         t1 = stack_t1[top];
         at = stack_node[top];
     }
-}
-
-RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_pray *r, float outer)
-{
-    (void)prim_count;
-    return RTK_WALK_FROM(q, tree, r, outer, 0u, r->t0, r->t1);
 }

@@ -7,12 +7,10 @@
  *   RTK_WALK_INL   file of the walk; RTK_TREE, RTK_TOP_TREE: members of part and scene that hold its trees
  * and gets RTK_NAME(trace)(query). Returns 1 when a walk ended early (any-hit: occluded); else query->best is the answer.
  */
-#define RTK_WALK      RTK_NAME(group_walk)
-#define RTK_WALK_FROM RTK_NAME(group_walk_from)
+#define RTK_WALK RTK_NAME(group_walk)
 #define RTK_PRIM rtk_query_prim
 #include RTK_WALK_INL
 #undef RTK_WALK
-#undef RTK_WALK_FROM
 #undef RTK_PRIM
 
 /* The group of an instance, or the scene's own: `ray` is in its space, and its t begins at q->outer. */
@@ -64,12 +62,10 @@ RTK_FN int RTK_NAME(top_ref)(rtk_query *q, rtk_u32 mode, const rtk_pray *r, rtk_
     return RTK_NAME(instance)(q, ref, r->org, r->tshift);
 }
 
-#define RTK_WALK      RTK_NAME(top_walk)
-#define RTK_WALK_FROM RTK_NAME(top_walk_from)
+#define RTK_WALK RTK_NAME(top_walk)
 #define RTK_PRIM RTK_NAME(top_ref)
 #include RTK_WALK_INL
 #undef RTK_WALK
-#undef RTK_WALK_FROM
 #undef RTK_PRIM
 
 /* All instances. */

@@ -111,10 +111,12 @@ typedef struct rtk_octnode {
  *   inner   count 0, child the node's index (greater than this node's)
  *   leaf    count references from refs[child] on
  *   empty   child and count 0, lo +inf and hi -inf; behind the others
- * Slots descend in the area of their boxes. */
+ * Slots descend in the area of their boxes.
+ * A kd-tree is folded into such nodes as well, for walks in vectors: its boxes are the cells, its leaves those of the kd-tree but for
+ * the empty ones. */
 #define RTK_BVH_WIDTH 8u
 typedef struct rtk_bvhnode {
-    float box[3][2][RTK_BVH_WIDTH]; /* [axis][lo, hi][slot]: grown by RTK_GROW * scale (ray.h, theory point 3) */
+    float box[3][2][RTK_BVH_WIDTH]; /* [axis][lo, hi][slot]: grown by RTK_GROW * scale (ray.h, theory point 3); cells as they are */
     rtk_u32 child[RTK_BVH_WIDTH], count[RTK_BVH_WIDTH];
 } rtk_bvhnode;
 
@@ -139,10 +141,12 @@ typedef struct rtk_tree_header {
     float cost_traverse, cost_intersect, empty_bonus;
     rtk_u32 max_depth, flags;
     float build_seconds; /* a fact about this build; not part of the chunk's hash */
-    rtk_u32 block_count; /* BVH; 0: no leaf has blocks */
+    rtk_u32 block_count; /* BVH and kd-tree; 0: no leaf has blocks */
     rtk_u64 off_nodes, off_refs, off_blocks;
     rtk_u32 filler_count; /* references, among ref_count, that only fill up blocks */
     float built_cost;     /* of a BVH that was refitted: what it cost when it was built (accel/bvh_refit.c); else 0 */
+    rtk_u64 off_wide;     /* kd-tree: its cells by eights, wide_count nodes */
+    rtk_u32 wide_count, pad;
 } rtk_tree_header;
 
 typedef struct rtk_tree {
@@ -150,7 +154,7 @@ typedef struct rtk_tree {
     rtk_vec3 lo, hi;
     RT_GLOBAL const rtk_kdnode *kd;
     RT_GLOBAL const rtk_octnode *oct;
-    RT_GLOBAL const rtk_bvhnode *bvh; /* 64-byte aligned, as blocks are */
+    RT_GLOBAL const rtk_bvhnode *bvh; /* of a kd-tree, too; 64-byte aligned, as blocks are */
     RT_GLOBAL const rtk_bvhblock *blocks;
     RT_GLOBAL const rtk_u32 *refs;
     rtk_u32 block_count;

@@ -1,4 +1,4 @@
-/* What walks of the eight-wide BVH in vectors share. */
+/* What walks of eight-wide nodes in vectors share: those of a BVH, and those that hold a kd-tree's cells. */
 #ifndef RTI_BVH_LANES_H
 #define RTI_BVH_LANES_H
 

@@ -1,9 +1,9 @@
-/* Walk of an eight-wide BVH by one ray: all boxes of a node at once, triangles four at a time. Instantiated like
- * kernel/bvh_walk.inl, which is told in full there; what a ray is counted for (RTK_MODE_STEPS) is that walk's, so that it is the
- * same at every instruction set.
+/* Walk of a tree of eight-wide nodes by one ray: all boxes of a node at once, triangles four at a time. Instantiated like
+ * kernel/bvh_walk.inl, which is told in full there; what a ray is counted for (RTK_MODE_STEPS) is the walk of RTI_STEPS_INL, so
+ * that it is the same at every instruction set.
  */
 #if RTK_MODE & 4
-#include "../kernel/bvh_walk.inl"
+#include RTI_STEPS_INL
 #else
 RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_pray *r, float outer)
 {

@@ -1,4 +1,4 @@
-/* Rays that go one by one through the eight-wide BVH, from its root or from where they part (bvh_mixed.h), for hot files.
+/* Rays that go one by one through eight-wide nodes, from the root or from where they part (bvh_mixed.h), for hot files.
  *
  * They are loaded and prepared in vectors as those of a packet (bvh_packet.h) and leave their hits there. This is for triangles
  * in blocks of a group each hit of which counts (lone_fits). The walk is that of bvh_lanes.inl but for this: planes are met at
@@ -40,7 +40,7 @@ typedef struct lone_all {
 /* May a part's rays go this way? */
 RTI_VEC int lone_fits(const rtk_group *g, const rtk_part *part)
 {
-    return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && part->bvh.block_count != 0u;
+    return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && part->RTK_TREE.block_count != 0u;
 }
 
 /* A certain hit that nothing is in front of, by the leaf test itself. */

@@ -1,4 +1,4 @@
-/* Rays that start near each other and point anywhere through the eight-wide BVH together, for hot files.
+/* Rays that start near each other and point anywhere through eight-wide nodes together, for hot files.
  *
  * RTI_SIMD rays, of all octants and axes, walk as one while enough of them are left at a node; then each goes on by itself from
  * there (bvh_lone.h). The slots of a node are asked first for the box around all of the rays' ways, which is one test for eight

@@ -1,4 +1,4 @@
-/* Rays of a tile through the eight-wide BVH together, for hot files.
+/* Rays of a tile through eight-wide nodes together, for hot files.
  *
  * Up to PACKET rays that point into one octant, with one dominant axis, go as a packet. Inner nodes are asked once for all of
  * them, by intervals: over the rays, org lies in [lo, hi] and inv in [lo, hi], and because float subtraction and multiplication

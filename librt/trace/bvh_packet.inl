@@ -10,7 +10,7 @@ static void RTK_NAME(packet_single)(packet *p, const rtk_part *part, uint64_t ra
         packet_query(p, i, &q);
         if (!rtk_ray_prepare(q.ray, part->lo, part->hi, part->scale, &r))
             continue;
-        if (RTK_NAME(group_walk)(&q, part->bvh, part->count, &r, 0.0f))
+        if (RTK_NAME(group_walk)(&q, part->RTK_TREE, part->count, &r, 0.0f))
             p->done |= (uint64_t)1u << i;
         packet_answer(p, i, &q);
     }
@@ -128,7 +128,7 @@ static void RTK_NAME(lone_chunk)(packet *p, const rtk_scene *scene, const rtk_tr
 {
     const rtk_part *part = scene->groups->parts;
     const rtk_trace_block *chunk = rays + from / RTK_BLOCK;
-    const int large = weave_large(&part->bvh), orders = ORDER_PAYS(RTK_MODE) && n >= PACKET && !scratch->turns;
+    const int large = weave_large(&part->RTK_TREE), orders = ORDER_PAYS(RTK_MODE) && n >= PACKET && !scratch->turns;
     rtk_trace_block picked[PACKET / RTK_BLOCK];
     order o;
     p->spread = order_is_spread(chunk, n, part);
@@ -178,7 +178,7 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
         return;
     }
     p.steps = 0u;
-    p.spread = weave_large(&g->parts->bvh) && order_is_spread(rays, count, g->parts);
+    p.spread = weave_large(&g->parts->RTK_TREE) && order_is_spread(rays, count, g->parts);
     for (rtk_u32 first = 0u; first < count; first += PACKET)
         RTK_NAME(packet_all)(&p, scene, rays, first, NULL, rays + first / RTK_BLOCK, rtk_umin(count - first, PACKET), hits, occluded,
                              scratch, 0);

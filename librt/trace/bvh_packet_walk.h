@@ -1,4 +1,4 @@
-/* The walk of a packet through the eight-wide BVH, for hot files; what it is, bvh_packet.h tells. */
+/* The walk of a packet through eight-wide nodes, for hot files; what it is, bvh_packet.h tells. */
 #ifndef RTI_BVH_PACKET_WALK_H
 #define RTI_BVH_PACKET_WALK_H
 
@@ -42,7 +42,7 @@ static void packet_ask_late(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u
 {
     const rtk_u32 late = rtk_bits(p->late[i]);
     if (late != RTK_INVALID)
-        packet_is(p, i, part->bvh.refs[late]);
+        packet_is(p, i, part->RTK_TREE.refs[late]);
     p->late[i] = rtk_float(RTK_INVALID);
     packet_ask(p, mode, part, i, ref);
 }
@@ -56,7 +56,7 @@ RTI_VEC void packet_know(packet *p, const rtk_part *part)
         if (late == RTK_INVALID)
             continue;
         lane[n] = i;
-        ref[n] = part->bvh.refs[late];
+        ref[n] = part->RTK_TREE.refs[late];
         __builtin_prefetch(&p->scene->groups->tris[ref[n++]].geom);
     }
     for (rtk_u32 i = 0u; i < n; i++)
@@ -67,7 +67,7 @@ RTI_VEC void packet_know(packet *p, const rtk_part *part)
 RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, const tri_ray *r, rtk_u32 at, rtk_u32 lanes,
                              rtk_u32 place)
 {
-    const rtk_tree *tree = &part->bvh;
+    const rtk_tree *tree = &part->RTK_TREE;
     const rtk_bvhblock *b = &tree->blocks[place / 4u];
     const rtk_u32 j = place % 4u, x = p->kx, y = p->ky, z = p->kz;
     const float c0[3] = {b->v0[x][j], b->v0[y][j], b->v0[z][j]}, c1[3] = {b->v1[x][j], b->v1[y][j], b->v1[z][j]};
@@ -154,7 +154,7 @@ RTI_VEC rtk_u32 packet_near(const packet *p, const rtk_bvhblock *b, float grow)
 RTI_VEC void packet_list(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
 {
     const rtk_group *g = p->scene->groups;
-    const rtk_u32 *refs = part->bvh.refs + n->child[slot];
+    const rtk_u32 *refs = part->RTK_TREE.refs + n->child[slot];
     for (; at < PACKET; at += RTI_SIMD) {
         rtk_u32 lanes = packet_bits(p->rays, at);
         lanes = lanes != 0u ? packet_enter(p, n, slot, at, lanes) : 0u;
@@ -193,7 +193,7 @@ RTI_VEC void packet_maybe(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32
                           float v)
 {
     if (doubt) {
-        const rtk_bvhblock *b = &part->bvh.blocks[place / 4u];
+        const rtk_bvhblock *b = &part->RTK_TREE.blocks[place / 4u];
         const rtk_u32 j = place % 4u, x = p->kx, y = p->ky, z = p->kz;
         const float c0[3] = {b->v0[x][j], b->v0[y][j], b->v0[z][j]}, c1[3] = {b->v1[x][j], b->v1[y][j], b->v1[z][j]};
         const float c2[3] = {b->v2[x][j], b->v2[y][j], b->v2[z][j]};
@@ -203,7 +203,7 @@ RTI_VEC void packet_maybe(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32
         if (sure > 0 && (mode & RTK_MODE_ANY))
             p->done |= (uint64_t)1u << l;
         else if (sure >= 0)
-            packet_ask_late(p, mode, part, l, part->bvh.refs[place]);
+            packet_ask_late(p, mode, part, l, part->RTK_TREE.refs[place]);
     } else if (mode & RTK_MODE_ANY) {
         p->done |= (uint64_t)1u << l;
     } else if (t < p->t[l]) {
@@ -212,7 +212,7 @@ RTI_VEC void packet_maybe(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32
         p->v[l] = v;
         p->late[l] = rtk_float(place);
     } else if (t == p->t[l]) {
-        packet_ask_late(p, mode, part, l, part->bvh.refs[place]);
+        packet_ask_late(p, mode, part, l, part->RTK_TREE.refs[place]);
     }
 }
 
@@ -236,7 +236,7 @@ RTI_VEC void packet_fours(packet *p, rtk_u32 mode, const rtk_part *part, uint64_
                            V(set)(part->scale)};
         rtk_u32 at = from;
         for (uint64_t left = places; left != 0u; left >>= 4u, at += 4u) {
-            const rtk_bvhblock *b = &part->bvh.blocks[at / 4u];
+            const rtk_bvhblock *b = &part->RTK_TREE.blocks[at / 4u];
             const vec v0[3] = {rti_f16_row(b->v0[x]), rti_f16_row(b->v0[y]), rti_f16_row(b->v0[z])};
             const vec v1[3] = {rti_f16_row(b->v1[x]), rti_f16_row(b->v1[y]), rti_f16_row(b->v1[z])};
             const vec v2[3] = {rti_f16_row(b->v2[x]), rti_f16_row(b->v2[y]), rti_f16_row(b->v2[z])};
@@ -279,7 +279,7 @@ RTI_VEC uint64_t packet_enters(const packet *p, const rtk_bvhnode *n, rtk_u32 sl
 /* A leaf for all rays from lane `at` on that enter its box. */
 RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
 {
-    const rtk_tree *tree = &part->bvh;
+    const rtk_tree *tree = &part->RTK_TREE;
     const rtk_u32 begin = n->child[slot], end = begin + n->count[slot];
     const float grow = RTK_GROW * part->scale; /* as boxes of the tree are */
     if (begin >= 4u * tree->block_count) {
@@ -319,7 +319,7 @@ RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
         float t;
         rtk_u32 node, slot, lane; /* lane: rays before it miss the node */
     } stack[RTK_BVH_STACK];
-    const rtk_bvhnode *nodes = part->bvh.bvh;
+    const rtk_bvhnode *nodes = part->RTK_TREE.bvh;
     rtk_u32 top = 0u, at = 0u, lane = 0u, budget = PACKET_NODES * (rtk_u32)__builtin_popcountll(p->rays) + 8u;
     for (;;) {
         float t[RTK_BVH_WIDTH];

@@ -1,4 +1,4 @@
-/* Rays that have nothing in common through a large eight-wide BVH, for hot files.
+/* Rays that have nothing in common through a large tree of eight-wide nodes, for hot files.
  *
  * A node that is in none of the processor's nearer caches costs some hundred cycles of waiting and thirty of work. So WEAVE rays
  * are on their way by turns, one node or leaf each: what a ray needs next is asked for when its turn ends and is there when the
@@ -138,7 +138,7 @@ RTI_VEC uint64_t lone_rays(packet *p, rtk_u32 mode, const rtk_part *part, uint64
     uint64_t other;
     a.p = p;
     a.part = part;
-    a.tree = part->bvh;
+    a.tree = part->RTK_TREE;
     a.left = a.asides = 0u;
     for (uint64_t l = p->masked || p->common == 0u ? rays : 0u; l != 0u; l &= l - 1u)
         if (p->mask[__builtin_ctzll(l)] == 0u)

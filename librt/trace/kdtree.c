@@ -1,10 +1,7 @@
-/* The kd-tree with a full stack: one ray at a time, coherent batches in packets. */
-#include "../kernel/kd.h"
-#include "kd_packet.h"
+/* The kd-tree, its cells by eights (accel/kd_wide.c): as the BVH, whose boxes are met the same way. What a ray costs is counted
+ * on the tree of two children itself. */
 #define RTI_TRACER_NAME kdtree
-#define RTK_WALK_INL    "../kernel/kd_stack.inl"
 #define RTK_TREE        kdtree
 #define RTK_TOP_TREE    top_kdtree
-#define RTI_MODE_INL    "single.inl"
-#define RTI_PACKET_INL  "kd_packet.inl"
-#include "modes.inl"
+#define RTI_STEPS_INL   "../kernel/kd_stack.inl"
+#include "wide.h"
