@@ -156,6 +156,15 @@ RTI_VEC uint64_t packet_load(packet *p, const rtk_scene *scene, const rtk_trace_
     return valid;
 }
 
+/* Asks for the rays of the packet that begins with ray `first`, of `count`, if there is one. */
+RTI_VEC void packet_expect_rays(const rtk_trace_block *rays, rtk_u32 first, rtk_u32 count)
+{
+    const rtk_u32 end = first < count ? (rtk_umin(count - first, PACKET) + RTK_BLOCK - 1u) / RTK_BLOCK : 0u;
+    const char *at = (const char *)(rays + first / RTK_BLOCK);
+    for (rtk_u32 i = 0u; i < end * sizeof *rays; i += 64u)
+        __builtin_prefetch(at + i);
+}
+
 /* The rays prepared for a part (rtk_ray_prepare): returns those that meet it; far: those that start too far away for this. */
 RTI_VEC uint64_t packet_prepare(packet *p, const rtk_part *part, uint64_t rays, uint64_t *far)
 {

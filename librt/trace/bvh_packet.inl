@@ -117,9 +117,11 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
 {
     packet p;
     p.spread = p.steps = 0u;
-    for (rtk_u32 first = 0u; first < count; first += PACKET)
+    for (rtk_u32 first = 0u; first < count; first += PACKET) {
+        packet_expect_rays(rays, first + PACKET, count);
         RTK_NAME(packet_all)(&p, scene, rays, first, NULL, rays + first / RTK_BLOCK, rtk_umin(count - first, PACKET), hits, occluded,
                              scratch, 1);
+    }
 }
 
 /* n rays from `from` on, no more than ORDER_MOST, that are not coherent, in their order or, where it pays, in another. */

@@ -310,6 +310,22 @@ RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rt
     }
 }
 
+/* Asks for what a slot holds, a node or a leaf's first block: it will be looked at after what is nearer. */
+RTI_VEC void packet_expect(const rtk_tree *tree, const rtk_bvhnode *n, rtk_u32 slot)
+{
+    const rtk_u32 child = n->child[slot];
+    const char *at;
+    if (n->count[slot] == 0u)
+        at = (const char *)&tree->bvh[child];
+    else if (child < 4u * tree->block_count)
+        at = (const char *)&tree->blocks[child / 4u];
+    else
+        return;
+    __builtin_prefetch(at);
+    __builtin_prefetch(at + 64);
+    __builtin_prefetch(at + 128);
+}
+
 /* The rays [p->rays] through a part's tree; returns those that it has not finished: the packet came apart. A node is opened when
  * the packet's bounds meet it, which is one test for all rays, and then one of the rays, asked from the first that met its
  * parent. */
@@ -334,6 +350,7 @@ RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
             stack[to].node = at;
             stack[to].slot = i;
             stack[to].lane = lane;
+            packet_expect(&part->RTK_TREE, &nodes[at], i);
         }
         for (;;) {
             if (top == 0u)
