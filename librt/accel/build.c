@@ -200,7 +200,8 @@ rt_status rti_chunk_make(rt_context *ctx, const rti_build *b, uint32_t kind, con
         nodes += parts[i].out.node_count - 1;
         refs += parts[i].out.ref_count;
     }
-    rti_tree_measure(h);
+    if (kind != RTK_TREE_KD) /* whose nodes are not yet what they will be */
+        rti_tree_measure(h);
     h->build_seconds = (float)(rti_now() - start);
     *chunk = bytes;
     return RT_OK;
@@ -235,8 +236,8 @@ rt_status rti_tree_build(rt_context *ctx, const rti_build_input *input, const rt
     return status;
 }
 
-/* Measured on the meshes of the benchmarks and soups, in bytes a primitive at the peak: 80 to 345 for the kd-tree as it comes and
- * 1,750 for one that splits whenever it can; up to 480 for an octree of small leaves. */
+/* Measured on the meshes of the benchmarks and soups, in bytes a primitive at the peak: 80 to 375 for the kd-tree as it comes and
+ * 2,260 for one that splits whenever it can; up to 480 for an octree of small leaves. */
 uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_settings *settings)
 {
     uint64_t n = (uint64_t)input->tri_count + input->box_count;
@@ -246,5 +247,5 @@ uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_set
         return 16384 + (uint64_t)((double)n * 260.0 * (b.builder == RTI_BUILD_BVH_SPATIAL ? b.duplication : 1.0f));
     if (b.builder == RTI_BUILD_OCTREE)
         return 16384 + n * (b.duplication > 16.0f || b.leaf_size < 8 ? 520 : 330);
-    return 16384 + n * (b.duplication > 16.0f || b.leaf_size < 4 || b.cost_intersect > 0.25f * b.cost_traverse ? 1800 : 380);
+    return 16384 + n * (b.duplication > 16.0f || b.leaf_size < 4 || b.cost_intersect > 0.25f * b.cost_traverse ? 2400 : 420);
 }

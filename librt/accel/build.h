@@ -113,7 +113,15 @@ typedef struct rti_method {
 
 rt_status rti_top_build(rt_context *ctx, const rti_build *b, const rti_method *method, double start, void **chunk, size_t *size);
 
-/* Makes of the chunk of a kd-tree one that has its cells by eights as well, and leaves in blocks (kd_wide.c). */
+/* A node of a kd-tree that is being built. lo, hi: of a leaf, around what it lists, as references have it: grown and cut to the
+ * cell. */
+typedef struct rti_kd_node {
+    rtk_kdnode node;
+    float lo[3], hi[3];
+} rti_kd_node;
+
+/* Makes of a chunk of rti_kd_node, whose statistics are not filled in, one of rtk_kdnode that has leaves in blocks and boxes by
+ * eights as well (kd_wide.c). */
 rt_status rti_kd_widen(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
 rt_status rti_kd_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
 rt_status rti_octree_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);

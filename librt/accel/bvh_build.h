@@ -37,7 +37,7 @@ static inline void rti_bvh_extend(rti_bvh_box *b, rti_bvh_box by)
 }
 
 /* A node of the binary tree. count > 0: a leaf, `child` its first entry in order[]; else child and child + 1 are its children, or
- * where child is 0 it is an empty cell of a kd-tree. */
+ * where child is 0 nothing is listed below (in a kd-tree). */
 typedef struct rti_bvh_node {
     float lo[3];
     uint32_t child;

@@ -32,6 +32,7 @@ typedef struct writer {
     uint32_t *refs;
 } writer;
 
+/* Of a kd-tree. */
 static bool is_empty(const rti_bvh *t, uint32_t node)
 {
     return t->nodes[node].count == 0 && t->nodes[node].child == 0;

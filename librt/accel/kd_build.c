@@ -27,10 +27,10 @@ static void make_children(const rti_item *it, const rti_kd_split *split, const u
     out[0].cell.hi[split->axis] = out[1].cell.lo[split->axis] = split->pos;
 }
 
-static void write_split(rtk_kdnode *node, const rti_kd_split *split, uint32_t child)
+static void write_split(rti_kd_node *node, const rti_kd_split *split, uint32_t child)
 {
-    node->a = rtk_bits(split->pos);
-    node->b = child << 2 | split->axis;
+    node->node.a = rtk_bits(split->pos);
+    node->node.b = child << 2 | split->axis;
 }
 
 /* Deals `count` of the item's references out to the two sides, which need room for all of them; right may be refs itself. First
@@ -85,9 +85,17 @@ static bool write_leaf(worker *w, const rti_item *it)
     w->top -= it->count;
     if (!rti_out_refs(w->ctx, w->out, w->stack + w->top, it->count, &first))
         return false;
-    rtk_kdnode *node = (rtk_kdnode *)w->out->nodes + it->node;
-    node->a = first;
-    node->b = it->count << 2 | RTK_KD_LEAF;
+    rti_kd_node *node = (rti_kd_node *)w->out->nodes + it->node;
+    node->node.a = first;
+    node->node.b = it->count << 2 | RTK_KD_LEAF;
+    for (int a = 0; a < 3; a++) {
+        node->lo[a] = RTK_INF;
+        node->hi[a] = -RTK_INF;
+        for (const rti_ref *r = w->stack + w->top; r < w->stack + w->top + it->count; r++) {
+            node->lo[a] = rtk_min(r->lo[a], node->lo[a]);
+            node->hi[a] = rtk_max(r->hi[a], node->hi[a]);
+        }
+    }
     return true;
 }
 
@@ -130,7 +138,7 @@ static rt_status build_part(worker *w, const rti_item *root)
         size_t child = rti_out_nodes(w->ctx, w->out, 2);
         if (child == SIZE_MAX || !partition(w, &it, &split, children))
             return RT_ERROR_MEMORY;
-        write_split((rtk_kdnode *)w->out->nodes + it.node, &split, (uint32_t)child);
+        write_split((rti_kd_node *)w->out->nodes + it.node, &split, (uint32_t)child);
         for (uint32_t i = 2; i-- > 0;) {
             children[i].node = (uint32_t)child + i;
             todo[todo_count++] = children[i];
@@ -196,7 +204,7 @@ static void kd_write(void *node, const rti_open *o, uint32_t child)
 
 rt_status rti_kd_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size)
 {
-    static const rti_method method = {RTK_TREE_KD, sizeof(rtk_kdnode), 2, kd_split, kd_write, kd_part};
+    static const rti_method method = {RTK_TREE_KD, sizeof(rti_kd_node), 2, kd_split, kd_write, kd_part};
     rt_status status = rti_top_build(ctx, b, &method, start, chunk, size);
     return status == RT_OK ? rti_kd_widen(ctx, b, start, chunk, size) : status;
 }

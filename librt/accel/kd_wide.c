@@ -1,54 +1,71 @@
-/* A kd-tree's cells, eight to a node, and the triangles of its leaves side by side: what walks in vectors go through. The tree
- * itself stays as it is but for where its leaves' references stand.
+/* A kd-tree's leaves by eights, and their triangles side by side: what walks in vectors go through. The tree itself stays as it
+ * is but for where its leaves' references stand.
  *
- * A ray meets a cell between the planes around it, as it meets a box; that all of them come from splits makes the cells tile its
- * way (ray.h, theory point 4). What folding saves is two of three steps, and the branch at each.
+ * A box is what lies around all that the leaves below list in their cells, so it is inside the cell and usually much smaller. A
+ * ray that has a hit in a cell's part of its way has it in the box, too: there the reference was cut with as much to spare as the
+ * cell (ray.h, theory points 3 and 4). Folding saves two of three steps and the branch at each, the boxes most of the leaves.
+ * (Woop, Marmitt, Slusallek 2006 keep bounds in kd-trees, of two children.)
  */
 #include "bvh_build.h"
 
 /* A threshold like this keeps what is done before the tasks small, and has no other consequence. */
 #define TOP 1024u
 
-/* Nodes of the binary tree that rti_bvh_write takes: those of the kd-tree, with their cells. */
-static void take_cells(const rtk_kdnode *kd, uint32_t count, const rtk_tree_header *h, rti_bvh_node *nodes)
+static bool lists_nothing(const rti_bvh_node *n)
 {
-    memcpy(nodes[0].lo, h->lo, sizeof nodes[0].lo);
-    memcpy(nodes[0].hi, h->hi, sizeof nodes[0].hi);
-    for (uint32_t i = 0; i < count; i++) {
+    return n->count == 0 && n->child == 0;
+}
+
+/* Nodes of the binary tree that rti_bvh_write takes, and the kd-tree's own. Children stand behind their parents. */
+static void take_nodes(const rti_kd_node *from, uint32_t count, rti_bvh_node *nodes, rtk_kdnode *kd)
+{
+    for (uint32_t i = count; i-- > 0;) {
         rti_bvh_node *n = &nodes[i];
-        const uint32_t axis = kd[i].b & 3u;
-        if (axis == RTK_KD_LEAF) {
+        kd[i] = from[i].node;
+        *n = (rti_bvh_node){{RTK_INF, RTK_INF, RTK_INF}, 0, {-RTK_INF, -RTK_INF, -RTK_INF}, 0};
+        if ((kd[i].b & 3u) == RTK_KD_LEAF) {
+            memcpy(n->lo, from[i].lo, sizeof n->lo);
+            memcpy(n->hi, from[i].hi, sizeof n->hi);
             n->count = kd[i].b >> 2;
             n->child = n->count > 0 ? kd[i].a : 0;
             continue;
         }
-        n->count = 0;
-        n->child = kd[i].b >> 2; /* behind its parent */
-        nodes[n->child] = nodes[n->child + 1] = *n;
-        nodes[n->child].hi[axis] = nodes[n->child + 1].lo[axis] = rtk_float(kd[i].a);
+        for (uint32_t k = 0; k < 2; k++) {
+            const rti_bvh_node *c = &nodes[(kd[i].b >> 2) + k];
+            if (lists_nothing(c))
+                continue;
+            n->child = kd[i].b >> 2;
+            for (int a = 0; a < 3; a++) {
+                n->lo[a] = rtk_min(c->lo[a], n->lo[a]);
+                n->hi[a] = rtk_max(c->hi[a], n->hi[a]);
+            }
+        }
     }
 }
 
 rt_status rti_kd_widen(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size)
 {
-    rtk_tree_header *h = *chunk;
+    const rtk_tree_header *h = *chunk;
     const uint32_t count = h->node_count;
-    rti_bvh t = {.ctx = ctx, .b = b, .kd = rti_tree_view(h).kd, .kd_count = count};
+    rti_bvh t = {.ctx = ctx, .b = b, .kd_count = count};
     void *wide = NULL;
     size_t wide_size = 0;
     rt_status status = RT_ERROR_MEMORY;
+    rtk_kdnode *kd = rti_alloc_array(ctx, count, sizeof *kd);
+    t.kd = kd;
     t.nodes = rti_alloc_array(ctx, count, sizeof *t.nodes);
-    t.order = (uint32_t *)(void *)((char *)h + h->off_refs);
+    t.order = (uint32_t *)(void *)((char *)*chunk + h->off_refs);
     t.blocks = b->in->tri_count > 0;
     t.depth = RTK_BVH_DEPTH;
     t.top_count = count < TOP ? count : TOP;
     t.unit = rti_bvh_unit(b->in);
     t.grow2 = rti_f4_set(0.0f);
-    if (t.nodes) {
-        take_cells(t.kd, count, h, t.nodes);
-        status = rti_bvh_write(&t, h->ref_count > 0 ? 0 : RTK_INVALID, start, &wide, &wide_size);
+    if (kd && t.nodes) {
+        take_nodes((const rti_kd_node *)(const void *)((const char *)h + h->off_nodes), count, t.nodes, kd);
+        status = rti_bvh_write(&t, lists_nothing(&t.nodes[0]) ? RTK_INVALID : 0, start, &wide, &wide_size);
     }
     rti_free(ctx, t.nodes, count * sizeof *t.nodes);
+    rti_free(ctx, kd, count * sizeof *kd);
     rti_free(ctx, *chunk, *size);
     *chunk = wide;
     *size = wide_size;

@@ -112,11 +112,11 @@ typedef struct rtk_octnode {
  *   leaf    count references from refs[child] on
  *   empty   child and count 0, lo +inf and hi -inf; behind the others
  * Slots descend in the area of their boxes.
- * A kd-tree is folded into such nodes as well, for walks in vectors: its boxes are the cells, its leaves those of the kd-tree but for
- * the empty ones. */
+ * A kd-tree is folded into such nodes as well, for walks in vectors: its leaves are those of the kd-tree but for the empty ones, its
+ * boxes what lies in the cells. */
 #define RTK_BVH_WIDTH 8u
 typedef struct rtk_bvhnode {
-    float box[3][2][RTK_BVH_WIDTH]; /* [axis][lo, hi][slot]: grown by RTK_GROW * scale (ray.h, theory point 3); cells as they are */
+    float box[3][2][RTK_BVH_WIDTH]; /* [axis][lo, hi][slot]: grown by RTK_GROW * scale (ray.h, theory point 3) */
     rtk_u32 child[RTK_BVH_WIDTH], count[RTK_BVH_WIDTH];
 } rtk_bvhnode;
 
@@ -145,7 +145,7 @@ typedef struct rtk_tree_header {
     rtk_u64 off_nodes, off_refs, off_blocks;
     rtk_u32 filler_count; /* references, among ref_count, that only fill up blocks */
     float built_cost;     /* of a BVH that was refitted: what it cost when it was built (accel/bvh_refit.c); else 0 */
-    rtk_u64 off_wide;     /* kd-tree: its cells by eights, wide_count nodes */
+    rtk_u64 off_wide;     /* kd-tree: its leaves by eights, wide_count nodes */
     rtk_u32 wide_count, pad;
 } rtk_tree_header;
 

@@ -1,4 +1,4 @@
-/* What walks of eight-wide nodes in vectors share: those of a BVH, and those that hold a kd-tree's cells. */
+/* What walks of eight-wide nodes in vectors share: those of a BVH, and those that a kd-tree's leaves are in. */
 #ifndef RTI_BVH_LANES_H
 #define RTI_BVH_LANES_H
 

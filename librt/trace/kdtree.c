@@ -1,4 +1,4 @@
-/* The kd-tree, its cells by eights (accel/kd_wide.c): as the BVH, whose boxes are met the same way. What a ray costs is counted
+/* The kd-tree, its leaves by eights (accel/kd_wide.c): walked as the BVH. What a ray costs is counted
  * on the tree of two children itself. */
 #define RTI_TRACER_NAME kdtree
 #define RTK_TREE        kdtree
