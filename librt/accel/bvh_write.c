@@ -150,11 +150,13 @@ static void put_lanes(const writer *w, const uint32_t *prims, uint32_t count, ui
 static bool in_blocks(const rti_bvh *t, uint32_t node)
 {
     const rti_bvh_node *n = &t->nodes[node];
-    const uint32_t *prims = t->order + n->child, look = t->kd && t->b->in->box_count > 0 ? n->count : 1;
-    for (uint32_t i = 0; i < look && t->blocks && n->count > 0; i++)
-        if (prims[i] >= t->b->in->tri_count)
+    const uint32_t look = t->b->in->box_count == 0 ? 0 : (t->kd ? n->count : 1);
+    if (!t->blocks || n->count == 0)
+        return false;
+    for (uint32_t i = 0; i < look; i++)
+        if (t->order[n->child + i] >= t->b->in->tri_count)
             return false;
-    return t->blocks && n->count > 0;
+    return true;
 }
 
 /* A leaf's references are from `first` on. */

@@ -125,12 +125,17 @@ static bool choose(const rti_build *b, const rti_item *it, const rti_ref *refs, 
         if (!(cells[0].hi[a] - it->cell.lo[a] > 2.0f * b->min_size))
             return false;
     memset(counts, 0, 8 * sizeof *counts);
-    for (uint32_t i = 0; i < it->count; i++) {
-        unsigned mask = children_of(b, &refs[i], &it->cell, cells);
-        masks[i] = (uint8_t)mask;
+    for (uint32_t i = 0; i < it->count;) {
+        uint32_t end = it->count - i < 255 ? it->count : i + 255;
+        uint64_t few = 0; /* eight counts, a byte each */
+        for (; i < end; i++) {
+            unsigned mask = children_of(b, &refs[i], &it->cell, cells);
+            masks[i] = (uint8_t)mask;
+            few += ((mask * 0x0101010101010101u & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & 0x0101010101010101u;
+        }
         for (unsigned c = 0; c < 8; c++)
-            counts[c] += mask >> c & 1u;
-        if (i % 65536 == 65535 && rti_cancelled(b->cancel))
+            counts[c] += few >> 8 * c & 0xffu;
+        if (i % (255 * 256) == 0 && rti_cancelled(b->cancel))
             return false;
     }
     bool parts = false;
@@ -184,13 +189,14 @@ static bool write_leaf(worker *w, const rti_item *it)
 /* The item's references go up the stack once for each child, the first child's last; then they move down over their own place. */
 static bool partition(worker *w, const rti_item *it, const uint32_t counts[8])
 {
-    size_t base = w->top - it->count, to = w->top, sum = (size_t)sum_of(counts);
+    size_t base = w->top - it->count, to = w->top, sum = (size_t)sum_of(counts), next[8];
     if (!rti_reserve(w->ctx, (void **)&w->stack, &w->stack_capacity, w->top, sum, sizeof *w->stack))
         return false;
-    for (unsigned c = 8; c-- > 0;)
-        for (uint32_t i = 0; counts[c] > 0 && i < it->count; i++)
-            if (w->masks[i] >> c & 1u)
-                w->stack[to++] = w->stack[base + i];
+    for (unsigned c = 8; c-- > 0; to += counts[c])
+        next[c] = to;
+    for (uint32_t i = 0; i < it->count; i++)
+        for (unsigned mask = w->masks[i]; mask != 0; mask &= mask - 1)
+            w->stack[next[__builtin_ctz(mask)]++] = w->stack[base + i];
     memmove(w->stack + base, w->stack + w->top, sum * sizeof *w->stack);
     w->top = base + sum;
     return true;
@@ -249,19 +255,20 @@ static rt_status split_open(rt_context *ctx, const rti_build *b, rti_open *o, ui
 {
     rti_cell cells[8];
     uint32_t counts[8];
+    rti_ref *to[8];
     child_cells(&o->it.cell, cells);
     o->leaf = !choose(b, &o->it, o->refs, cells, masks, counts);
     for (unsigned c = 0; c < 8 && !o->leaf; c++) {
-        rti_ref *to = rti_alloc_array(ctx, counts[c], sizeof *to);
-        if (!to)
+        to[c] = o->child_refs[c] = rti_alloc_array(ctx, counts[c], sizeof **to);
+        if (!to[c])
             return RT_ERROR_MEMORY;
-        o->child_refs[c] = to;
         o->child_capacity[c] = counts[c];
-        for (uint32_t i = 0; i < o->it.count; i++)
-            if (masks[i] >> c & 1u)
-                *to++ = o->refs[i];
         make_child(&o->it, &cells[c], counts[c], sum_of(counts), &o->children[c]);
-        if (rti_cancelled(b->cancel))
+    }
+    for (uint32_t i = 0; i < o->it.count && !o->leaf; i++) {
+        for (unsigned mask = masks[i]; mask != 0; mask &= mask - 1)
+            *to[__builtin_ctz(mask)]++ = o->refs[i];
+        if (i % 65536 == 65535 && rti_cancelled(b->cancel))
             return RT_ERROR_CANCELLED;
     }
     return RT_OK;
