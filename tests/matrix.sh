@@ -5,6 +5,7 @@
 #   bare      every optional part off                 asan    address and undefined-behaviour sanitizers
 #   tsan      thread sanitizer, what renders          msan    memory sanitizer, what reads files
 #   fuzz      each reader some seconds under libFuzzer
+#   arm       the kernels of 64-bit ARM by GCC, under qemu; with LIBRT_FULL=1 only, where the tools are (cmake/arm.cmake names them)
 #   lint      luacheck, clang-format, clang-tidy, shellcheck: those that are installed
 #
 # LIBRT_FULL=1: the long figures, fuzzing for minutes, and every test and instruction set in every variant; without it a variant leaves out
@@ -19,7 +20,10 @@ export JOBS
 mkdir -p "$LOGS"
 passed=0
 failed=0
-[ $# -gt 0 ] || set -- release clang bare asan tsan msan fuzz lint
+if [ $# -eq 0 ]; then
+    set -- release clang bare asan tsan msan fuzz lint
+    [ "$FULL" = 0 ] || set -- "$@" arm
+fi
 
 # Sanitizers: the first report ends the program; leaks count.
 ASAN_OPTIONS=abort_on_error=0:detect_leaks=1:allocator_may_return_null=1:${ASAN_OPTIONS:-}
@@ -76,11 +80,14 @@ check() {
     variant=$1
     shift
     began=$(now)
+    limit=1200
+    [ "$variant" != arm ] || limit=7200
     long=0 # the hours-long figures are the release's: sanitizers would take days
     [ "$variant" != release ] || long=$FULL
     rays= # release: as many as the tests ask for; what differs elsewhere is the code's making, for which fewer do
     [ "$variant" = release ] || rays=1000
-    LIBRT_FULL=$long LIBRT_RAYS=$rays ctest --test-dir "out-$variant" -j "$JOBS" --timeout 1200 --output-on-failure --no-tests=error "$@" >"$LOGS/$variant.log" 2>&1
+    [ "$variant" != arm ] || rays=100 # qemu is twenty times slower
+    LIBRT_FULL=$long LIBRT_RAYS=$rays ctest --test-dir "out-$variant" -j "$JOBS" --timeout "$limit" --output-on-failure --no-tests=error "$@" >"$LOGS/$variant.log" 2>&1
     status=$?
     # "97% tests passed, 1 tests failed out of 33"
     bad=$(sed -n 's/.*tests passed, \([0-9]*\) tests failed out of.*/\1/p' "$LOGS/$variant.log")
@@ -127,6 +134,7 @@ release_less='\.gc$' # under the address sanitizer, where it tells more
 clang_less='^cli\.|^unit\.(base|checkpoint)$|\.gc$|\.generational$|^lua\.alloc$|^variants\.tracers(\.sse42)?$|^hash\.sse42$'
 bare_less='^variants\.|^hash\.(generic|sse42|avx2)$|^unit\.(kernel_|tri_lanes$|lanes$|motion$|camera$|tree$|render_|base$)'
 asan_less='^lua\.alloc$|^unit\.(camera|motion)$|\.generational$|^cli\.(animate|bench|help|limit|replay|report|sdf|sweep|tree|tutorial)|^hash\.generic$|^variants\.tracers(\.generic)?$'
+arm_tests='^variants\.|^hash\.|^unit\.(kernel_|tri_lanes$|lanes$|isa$|tree)'
 asan_isas=AUTO
 few_isas=NONE
 slow='slow|source'
@@ -151,6 +159,13 @@ for variant in "$@"; do
     tsan) build tsan tests_threads "-DLIBRT_ISAS=$few_isas" && check tsan -L threads && compare_hashes tsan ;;
     msan) build msan tests_readers "-DLIBRT_ISAS=$few_isas" && check msan -L readers ;;
     fuzz) build fuzz tests_fuzz "-DLIBRT_ISAS=$few_isas" "-DLIBRT_FUZZ_SECONDS=$seconds" && check fuzz -L fuzz ;;
+    arm)
+        if command -v aarch64-linux-gnu-gcc >/dev/null 2>&1 && command -v qemu-aarch64 >/dev/null 2>&1; then
+            build arm all && check arm -R "$arm_tests" && compare_hashes arm
+        else
+            row arm "left out: aarch64-linux-gnu-gcc or qemu-aarch64 is not installed"
+        fi
+        ;;
     lint) lint ;;
     *)
         echo "matrix.sh: no variant is called $variant" >&2
