@@ -152,6 +152,11 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
         vec best = V(load)(p->t + m->from), low = V(load)(m->low);
         rtk_u32 take = hit->hit & VM(bits)(V(lt)(hit->t, low));
         ask = hit->hit & ~take & VM(bits)(V(le)(hit->t, best)); /* the order of hits decides, or one that was put aside */
+        for (rtk_u32 l = ask; l != 0u; l &= l - 1u) { /* or the same triangle in another leaf */
+            const rtk_u32 i = (rtk_u32)__builtin_ctz(l);
+            if (m->late[i] != RTK_INVALID && a->tree.refs[m->late[i]] == a->tree.refs[place] && !(m->low[i] < best[i]))
+                ask &= ~(1u << i);
+        }
         best = V(select)(VM(of)(take), hit->t, best);
         low = V(select)(VM(of)(take), hit->t, low);
         V(store)(p->u + m->from, V(select)(VM(of)(take), hit->u, V(load)(p->u + m->from)));

@@ -47,6 +47,21 @@ static void packet_ask_late(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u
     packet_ask(p, mode, part, i, ref);
 }
 
+/* Of `lanes` from `at` on, which have met the triangle of a reference where their best hit is, those whose best hit is not of the
+ * same triangle: leaves of a kd-tree and of spatial splits repeat triangles. */
+RTI_VEC rtk_u32 packet_others(const packet *p, const rtk_part *part, rtk_u32 at, rtk_u32 lanes, rtk_u32 ref)
+{
+    rtk_u32 others = lanes;
+    for (; lanes != 0u; lanes &= lanes - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctz(lanes), late = rtk_bits(p->late[at + i]);
+        const rtk_tri *tri = &p->scene->groups->tris[ref];
+        if (late != RTK_INVALID ? part->RTK_TREE.refs[late] == ref
+                                : rtk_bits(p->prim[at + i]) == tri->prim && rtk_bits(p->geom[at + i]) == tri->geom)
+            others &= ~(1u << i);
+    }
+    return others;
+}
+
 /* Whose the best hits are, when the walk has ended. */
 RTI_VEC void packet_know(packet *p, const rtk_part *part)
 {
@@ -101,7 +116,9 @@ RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, cons
             take |= hit.hit;
         }
         if (!(mode & RTK_MODE_ANY)) {
-            ask |= take & VM(bits)(V(eq)(hit.t, best));
+            const rtk_u32 same = take & VM(bits)(V(eq)(hit.t, best));
+            if (same != 0u)
+                ask |= packet_others(p, part, at, same, tree->refs[place]);
             take &= VM(bits)(V(lt)(hit.t, best));
         }
     }
@@ -211,7 +228,7 @@ RTI_VEC void packet_maybe(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32
         p->u[l] = u;
         p->v[l] = v;
         p->late[l] = rtk_float(place);
-    } else if (t == p->t[l]) {
+    } else if (t == p->t[l] && packet_others(p, part, l, 1u, part->RTK_TREE.refs[place]) != 0u) {
         packet_ask_late(p, mode, part, l, part->RTK_TREE.refs[place]);
     }
 }
