@@ -129,10 +129,10 @@ static rt_status take_desc(rt_scene *scene, const rt_commit_desc *desc)
     if (status != RT_OK)
         return status;
     settings.max_depth = d.max_depth ? d.max_depth : settings.max_depth;
-    settings.leaf_size = d.leaf_size;
-    settings.cost_traverse = d.cost_traverse;
-    settings.cost_intersect = d.cost_intersect;
-    settings.empty_bonus = d.empty_bonus;
+    settings.leaf_size = d.leaf_size ? d.leaf_size : settings.leaf_size;
+    settings.cost_traverse = d.cost_traverse > 0.0f ? d.cost_traverse : settings.cost_traverse;
+    settings.cost_intersect = d.cost_intersect > 0.0f ? d.cost_intersect : settings.cost_intersect;
+    settings.empty_bonus = d.empty_bonus > 0.0f ? d.empty_bonus : settings.empty_bonus;
     settings.duplication = d.duplication > 0.0f ? d.duplication : settings.duplication;
     scene->settings = settings;
     scene->auto_builder = automatic;

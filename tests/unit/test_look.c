@@ -82,6 +82,29 @@ static rt_tree_shape shape_of(rt_scene *s, const rt_tree_query *q)
     return b;
 }
 
+/* What a builder's name stands for, and what is said beside it. */
+static void test_builders_costs(void **state)
+{
+    rt_context *ctx = make_context(1);
+    rt_scene *s = kit_scene(ctx);
+    rt_tree_query q = rt_tree_query_default();
+    rt_commit_desc d = rt_commit_desc_default();
+    (void)state;
+    kit_square(s, 1.0f, 0.0f);
+    q.tracer = "kdtree";
+    d.builder = "exact";
+    kit_ok(ctx, rt_scene_commit(s, &d));
+    assert_true(shape_of(s, &q).cost_intersect == 0.25f);
+    d.builder = "paper"; /* as published: a triangle costs a step */
+    kit_ok(ctx, rt_scene_commit(s, &d));
+    assert_true(shape_of(s, &q).cost_intersect == 1.0f && shape_of(s, &q).cost_traverse == 1.0f);
+    d.cost_intersect = 3.0f;
+    kit_ok(ctx, rt_scene_commit(s, &d));
+    assert_true(shape_of(s, &q).cost_intersect == 3.0f);
+    rt_scene_destroy(s);
+    rt_context_destroy(ctx);
+}
+
 /* ---- cells ---- */
 
 static void test_leaves_are_the_statistics(void **state)
@@ -507,6 +530,7 @@ int main(void)
         cmocka_unit_test(test_outlines),
         cmocka_unit_test(test_outlines_of_instances),
         cmocka_unit_test(test_model_is_right),
+        cmocka_unit_test(test_builders_costs),
         cmocka_unit_test(test_costs_are_the_renders),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_missing_tree_is_built),
