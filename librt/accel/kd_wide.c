@@ -16,10 +16,13 @@ static bool lists_nothing(const rti_bvh_node *n)
     return n->count == 0 && n->child == 0;
 }
 
-/* Nodes of the binary tree that rti_bvh_write takes, and the kd-tree's own. Children stand behind their parents. */
-static void take_nodes(const rti_kd_node *from, uint32_t count, rti_bvh_node *nodes, rtk_kdnode *kd)
+/* Nodes of the binary tree that rti_bvh_write takes, and the kd-tree's own. Children stand behind their parents. false:
+ * cancelled. */
+static bool take_nodes(const rti_kd_node *from, uint32_t count, rti_cancel *cancel, rti_bvh_node *nodes, rtk_kdnode *kd)
 {
     for (uint32_t i = count; i-- > 0;) {
+        if (i % 65536 == 0 && rti_cancelled(cancel))
+            return false;
         rti_bvh_node *n = &nodes[i];
         kd[i] = from[i].node;
         *n = (rti_bvh_node){{RTK_INF, RTK_INF, RTK_INF}, 0, {-RTK_INF, -RTK_INF, -RTK_INF}, 0};
@@ -41,6 +44,7 @@ static void take_nodes(const rti_kd_node *from, uint32_t count, rti_bvh_node *no
             }
         }
     }
+    return true;
 }
 
 rt_status rti_kd_widen(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size)
@@ -61,8 +65,10 @@ rt_status rti_kd_widen(rt_context *ctx, const rti_build *b, double start, void *
     t.unit = rti_bvh_unit(b->in);
     t.grow2 = rti_f4_set(0.0f);
     if (kd && t.nodes) {
-        take_nodes((const rti_kd_node *)(const void *)((const char *)h + h->off_nodes), count, t.nodes, kd);
-        status = rti_bvh_write(&t, lists_nothing(&t.nodes[0]) ? RTK_INVALID : 0, start, &wide, &wide_size);
+        const rti_kd_node *from = (const rti_kd_node *)(const void *)((const char *)h + h->off_nodes);
+        status = RT_ERROR_CANCELLED;
+        if (take_nodes(from, count, b->cancel, t.nodes, kd))
+            status = rti_bvh_write(&t, lists_nothing(&t.nodes[0]) ? RTK_INVALID : 0, start, &wide, &wide_size);
     }
     rti_free(ctx, t.nodes, count * sizeof *t.nodes);
     rti_free(ctx, kd, count * sizeof *kd);

@@ -116,7 +116,7 @@ typedef struct rtk_octnode {
  * boxes what lies in the cells. */
 #define RTK_BVH_WIDTH 8u
 typedef struct rtk_bvhnode {
-    float box[3][2][RTK_BVH_WIDTH]; /* [axis][lo, hi][slot]: grown by RTK_GROW * scale (ray.h, theory point 3) */
+    float box[3][2][RTK_BVH_WIDTH]; /* [axis][lo, hi][slot]: grown by RTK_GROW * scale (ray.h, theory point 3); a kd-tree's cut to the cell */
     rtk_u32 child[RTK_BVH_WIDTH], count[RTK_BVH_WIDTH];
 } rtk_bvhnode;
 

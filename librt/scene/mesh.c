@@ -207,8 +207,8 @@ rt_status rt_scene_set_mesh_positions(rt_scene *scene, rt_geometry geometry, con
     return RT_OK;
 }
 
-/* The sum of the normals of a vertex's triangles, each as long as twice the triangle's area. What is too large for a float
- * becomes 0, which means the face's. */
+/* The sum of the normals of a vertex's triangles, each as long as twice the triangle's area. One that floats do not hold becomes
+ * zero, which means the face's. */
 static void sum_normals(rti_mesh *m, uint32_t triangles)
 {
     const size_t count = 3 * (size_t)m->vertex_count;
@@ -227,9 +227,9 @@ static void sum_normals(rti_mesh *m, uint32_t triangles)
             to[2] += n.z;
         }
     }
-    for (size_t i = 0; i < count; i++) {
-        if (!(rtk_fabs(m->normals[i]) <= NORMAL_MAX))
-            m->normals[i] = 0.0f;
+    for (float *n = m->normals; n < m->normals + count; n += 3) {
+        if (!(rtk_fabs(n[0]) + rtk_fabs(n[1]) + rtk_fabs(n[2]) <= NORMAL_MAX))
+            n[0] = n[1] = n[2] = 0.0f;
     }
 }
 

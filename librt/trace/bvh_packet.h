@@ -159,9 +159,11 @@ RTI_VEC uint64_t packet_load(packet *p, const rtk_scene *scene, const rtk_trace_
 /* Asks for the rays of the packet that begins with ray `first`, of `count`, if there is one. */
 RTI_VEC void packet_expect_rays(const rtk_trace_block *rays, rtk_u32 first, rtk_u32 count)
 {
-    const rtk_u32 end = first < count ? (rtk_umin(count - first, PACKET) + RTK_BLOCK - 1u) / RTK_BLOCK : 0u;
+    if (first >= count)
+        return;
+    const rtk_u32 blocks = (rtk_umin(count - first, PACKET) + RTK_BLOCK - 1u) / RTK_BLOCK;
     const char *at = (const char *)(rays + first / RTK_BLOCK);
-    for (rtk_u32 i = 0u; i < end * sizeof *rays; i += 64u)
+    for (rtk_u32 i = 0u; i < blocks * sizeof *rays; i += 64u)
         __builtin_prefetch(at + i);
 }
 

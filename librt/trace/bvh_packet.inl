@@ -1,4 +1,4 @@
-/* One mode of the walk by packets, behind that by single rays (single.inl), whose functions it calls. Included by bvh.c. */
+/* One mode of the walk by packets, behind that by single rays (single.inl), whose functions it calls. Included by modes.inl. */
 
 /* The rays of a packet for which more than triangles of the scene itself is to be asked, or that go singly, in a part. */
 static void RTK_NAME(packet_single)(packet *p, const rtk_part *part, uint64_t rays)

@@ -298,7 +298,7 @@ RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rt
 {
     const rtk_tree *tree = &part->RTK_TREE;
     const rtk_u32 begin = n->child[slot], end = begin + n->count[slot];
-    const float grow = RTK_GROW * part->scale; /* as boxes of the tree are */
+    const float grow = RTK_GROW * part->scale; /* as a BVH's boxes are */
     if (begin >= 4u * tree->block_count) {
         packet_list(p, mode, part, n, slot, at);
         return;

@@ -25,7 +25,7 @@ typedef struct rti_scratch {
     const float *times; /* [count]: of each ray, 0 to 1; NULL: all are at 0 */
     rti_trace_stats stats;
     rti_steps *steps;
-    bool turns; /* rays of other batches than coherent ones go by turns through a BVH of any size (bvh_weave.h), not of a large
+    bool turns; /* rays of other batches than coherent ones go by turns through trees of any size (bvh_weave.h), not of a large
                    one alone */
     bool bare;  /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
 } rti_scratch;

@@ -8,6 +8,15 @@
 #include "trace/trace.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+int fuzz_refused(void);
+
+static int refused;
+
+/* Did the last input get no farther than the decoder? replay.c asks. */
+int fuzz_refused(void)
+{
+    return refused;
+}
 
 static rt_context *fuzz_context(void)
 {
@@ -57,7 +66,7 @@ static void shade(const rtk_scene *v, const rtk_trace_block *rays, const rtk_hit
     }
 }
 
-/* A loaded snapshot traced by every tracer; the hits agree, or the file's own tree was wrong, which is no crash. */
+/* A loaded snapshot traced by every tracer in each way; the hits agree, or the file's own tree was wrong, which is no crash. */
 static void use(rti_snapshot *snapshot)
 {
     _Alignas(64) rtk_trace_block rays;
@@ -71,9 +80,19 @@ static void use(rti_snapshot *snapshot)
     for (uint32_t i = 0; i < rti_tracer_count(); i++) {
         const rti_tracer *tracer = rti_tracer_at(rti_isa_best(), i);
         rti_scratch scratch = {.times = times};
+        uint16_t occluded;
         rti_snapshot *with;
         if (rti_snapshot_with_tree(snapshot, tracer->tree, NULL, &with) != RT_OK)
             continue;
+        for (uint32_t way = 0; way < 4; way++) {
+            const uint32_t flags = way & 1 ? RTI_TRACE_COHERENT : 0;
+            scratch.turns = way == 2;
+            scratch.bare = way == 3;
+            tracer->occluded(rti_snapshot_view(with), &rays, &occluded, RTK_BLOCK, flags, &scratch);
+            tracer->intersect(rti_snapshot_view(with), &rays, &hits, RTK_BLOCK, flags, &scratch);
+        }
+        tracer->intersect(rti_snapshot_view(with), &rays, &hits, RTK_BLOCK, RTI_TRACE_AFTER, &scratch);
+        scratch.bare = scratch.turns = false;
         tracer->intersect(rti_snapshot_view(with), &rays, &hits, RTK_BLOCK, 0, &scratch);
         shade(rti_snapshot_view(with), &rays, &hits);
         rti_snapshot_release(with);
@@ -92,7 +111,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     memcpy(copy, data, size);
     if (size >= sizeof(rti_blob_header))
         memcpy(copy + offsetof(rti_blob_header, file_size), &length, sizeof length);
-    if (rti_blob_decode(ctx, "fuzz.snap", copy, size, false, &snapshot) == RT_OK)
+    refused = rti_blob_decode(ctx, "fuzz.snap", copy, size, false, &snapshot) != RT_OK;
+    if (!refused)
         use(snapshot);
     rti_snapshot_release(snapshot);
     rti_free(ctx, copy, size);

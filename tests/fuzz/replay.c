@@ -7,6 +7,9 @@
 #include <string.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+/* A target may tell whether it refused the last input at once: of its corpus at least one file must be taken, or nothing behind
+ * the first check is tried. */
+__attribute__((weak)) int fuzz_refused(void);
 
 typedef struct input {
     uint8_t *data;
@@ -129,11 +132,12 @@ int main(int argc, char **argv)
     if (argc < 2)
         fail("usage: fuzz_NAME CORPUS_FOLDER", "[ROUNDS]");
     size_t count = read_corpus(argv[1], &inputs);
-    int rounds = argc > 2 ? atoi(argv[2]) : 300;
+    int rounds = argc > 2 ? atoi(argv[2]) : 300, taken = 0;
     for (size_t i = 0; i < count; ++i) {
         const input *in = &inputs[i];
         uint8_t *work = malloc(in->size + 1);
         run(in->data, in->size);
+        taken |= !fuzz_refused || !fuzz_refused();
         for (size_t cut = 0; cut < in->size; cut += 1 + in->size / 64)
             run(in->data, cut);
         for (int r = 0; work && r < rounds; ++r) {
@@ -145,6 +149,8 @@ int main(int argc, char **argv)
         }
         free(work);
     }
+    if (!taken)
+        fail("every file is refused: make anew", argv[1]);
     for (size_t i = 0; i < count; ++i)
         free(inputs[i].data);
     free(inputs);

@@ -45,8 +45,22 @@ local function mesh()
   }
 end
 
+-- Enough triangles for trees of several nodes.
+local function sheet()
+  local vertices, faces = {}, {}
+  for i = 0, 35 do
+    vertices[i + 1] = { i % 6, i // 6, math.sin(i) }
+  end
+  for i = 0, 24 do
+    local a = i // 5 * 6 + i % 5 + 1
+    faces[2 * i + 1], faces[2 * i + 2] = { a, a + 1, a + 6 }, { a + 1, a + 7, a + 6 }
+  end
+  return rt.scene { settings = { accel = "kdtree,bvh" }, rt.mesh { vertices = vertices, faces = faces } }
+end
+
 for _, item in ipairs {
-  { "empty", rt.scene {} }, { "mesh", mesh() }, { "octree", shapes("octree,kdtree,bvh") }, { "shapes", shapes("kdtree") }, { "parts", parts() },
+  { "empty", rt.scene {} }, { "mesh", mesh() }, { "sheet", sheet() }, { "octree", shapes("octree,kdtree,bvh") }, { "shapes", shapes("kdtree") },
+  { "parts", parts() },
 } do
   item[2]:save(folder .. "/" .. item[1])
 end

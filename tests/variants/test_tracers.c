@@ -162,12 +162,12 @@ static void compare_coherent(batch *b, const rtk_scene *s, const rti_tracer *tra
 static void compare(batch *b, const rtk_scene *s, const rti_tracer *tracer, const char *what)
 {
     rti_scratch scratch = {.times = b->times}, turns = {.times = b->times, .turns = true};
-    const bool bvh = tracer->tree == RTK_TREE_BVH;
-    for (int way = 0; way <= bvh; way++) {
+    const bool wide = tracer->tree == RTK_TREE_BVH || tracer->tree == RTK_TREE_KD;
+    for (int way = 0; way <= wide; way++) {
         tracer->intersect(s, b->rays, b->other, BATCH, 0, way ? &turns : &scratch);
-        same_hits(b, what, way ? "bvh, by turns" : tracer->name, b->hits, b->other);
+        same_hits(b, way ? "by turns" : what, tracer->name, b->hits, b->other);
     }
-    if (bvh) {
+    if (wide) {
         tracer->occluded(s, b->rays, b->occluded_other, BATCH, 0, &turns);
         assert_memory_equal(b->occluded, b->occluded_other, sizeof b->occluded);
     }
@@ -178,10 +178,10 @@ static void compare(batch *b, const rtk_scene *s, const rti_tracer *tracer, cons
             (b->occluded_other[i / RTK_BLOCK] >> i % RTK_BLOCK & 1u) != hit)
             fail_msg("%s, %s: ray %u (kind %d): any hit and closest hit disagree", what, tracer->name, i, b->kinds[i]);
     }
-    for (int step = 0; step < STEPS; step++) {
-        memcpy(b->other, b->from[step], sizeof b->hits);
-        tracer->intersect(s, b->rays, b->other, BATCH, RTI_TRACE_AFTER | RTI_TRACE_STEPS, &scratch);
-        same_hits(b, what, tracer->name, b->next[step], b->other);
+    for (int step = 0; step < 2 * STEPS; step++) { /* walks that count are others */
+        memcpy(b->other, b->from[step / 2], sizeof b->hits);
+        tracer->intersect(s, b->rays, b->other, BATCH, RTI_TRACE_AFTER | (step % 2 ? RTI_TRACE_STEPS : 0), &scratch);
+        same_hits(b, what, tracer->name, b->next[step / 2], b->other);
     }
 }
 

@@ -204,8 +204,8 @@ RT_API rt_status rt_scene_set_geometry_mask(rt_scene *scene, rt_geometry geometr
  *  Owner      both are copied */
 RT_API rt_status rt_scene_set_mesh_positions(rt_scene *scene, rt_geometry geometry, const float *positions, const float *normals, uint32_t vertex_count);
 /** Smooth shading for a mesh or polyhedron: a vertex's normal is the sum of its triangles' normals, each as long as twice the triangle's area, as they
- *  stand now; vertices that shall have an edge between them stand there twice. After rt_scene_set_mesh_positions it is called again. A sum beyond 1e18 (in
- *  any component) becomes 0 there.
+ *  stand now; vertices that shall have an edge between them stand there twice. After rt_scene_set_mesh_positions it is called again. A sum whose
+ *  components come to more than 1e18 becomes zero: there the triangles' own normals stand.
  *  Errors   ARGUMENT (no mesh), MEMORY
  *  Threads  one editor */
 RT_API rt_status rt_scene_smooth_mesh(rt_scene *scene, rt_geometry geometry);
