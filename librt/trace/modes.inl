@@ -2,7 +2,7 @@
  *
  * Template. The including file defines RTI_TRACER_NAME; RTI_MODE_INL, the body: it defines RTK_NAME(rays) for the mode RTK_MODE
  * (single.inl is the one for one ray at a time); and what that asks for. RTI_PACKET_INL, if it is defined, gives RTK_NAME(packets)
- * for closest and any hit of coherent batches; with RTI_LONE RTK_NAME(lone), too, for other batches.
+ * for closest and any hit of coherent batches, and RTK_NAME(lone) for those of others.
  */
 #include "lane.h"
 #include "tracers.h"
@@ -36,16 +36,13 @@
 #include RTI_MODE_INL
 #undef RTK_MODE
 
+#define RAYS(mode, hits, occluded) JOIN(RTI_TRACER_NAME, rays, mode)(scene, rays, hits, occluded, count, scratch)
 #ifdef RTI_PACKET_INL
 #define PACKETS(mode, hits, occluded) JOIN(RTI_TRACER_NAME, packets, mode)(scene, rays, hits, occluded, count, scratch)
+#define LONE(mode, hits, occluded)    JOIN(RTI_TRACER_NAME, lone, mode)(scene, rays, hits, occluded, count, scratch)
 #else
 #define PACKETS RAYS
-#endif
-#define RAYS(mode, hits, occluded) JOIN(RTI_TRACER_NAME, rays, mode)(scene, rays, hits, occluded, count, scratch)
-#ifdef RTI_LONE /* the packets' file has a way of its own for rays of other batches */
-#define LONE(mode, hits, occluded) JOIN(RTI_TRACER_NAME, lone, mode)(scene, rays, hits, occluded, count, scratch)
-#else
-#define LONE RAYS
+#define LONE    RAYS
 #endif
 
 void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, intersect))(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,

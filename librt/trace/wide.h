@@ -7,5 +7,4 @@
 #define RTK_WALK_INL   "../trace/bvh_lanes.inl"
 #define RTI_MODE_INL   "single.inl"
 #define RTI_PACKET_INL "bvh_packet.inl"
-#define RTI_LONE
 #include "modes.inl"

@@ -199,15 +199,16 @@ RT_API rt_status rt_scene_set_geometry_mask(rt_scene *scene, rt_geometry geometr
  *  serves (rt_commit_desc.refit), so a mesh that moves is cheaper than one that is removed and added again.
  *  positions  [3 vertex_count] in  finite
  *  normals    [3 vertex_count] in  or NULL: those that the mesh has, if it has any, stay
- *  Errors     ARGUMENT (no mesh, another count of vertices, a number that is not finite), MEMORY
+ *  Errors     ARGUMENT (no mesh, another count of vertices, a number that is not finite), STATE (a scene from a file), MEMORY; the mesh stays as it was
  *  Threads    one editor
  *  Owner      both are copied */
 RT_API rt_status rt_scene_set_mesh_positions(rt_scene *scene, rt_geometry geometry, const float *positions, const float *normals, uint32_t vertex_count);
 /** Smooth shading for a mesh or polyhedron: a vertex's normal is the sum of its triangles' normals, each as long as twice the triangle's area, as they
  *  stand now; vertices that shall have an edge between them stand there twice. After rt_scene_set_mesh_positions it is called again. A sum whose
  *  components come to more than 1e18 becomes zero: there the triangles' own normals stand.
- *  Errors   ARGUMENT (no mesh), MEMORY
- *  Threads  one editor */
+ *  Errors   ARGUMENT (no mesh), STATE (a scene from a file), MEMORY; the mesh stays as it was
+ *  Threads  one editor
+ *  Source   Gouraud 1971, each triangle by its area */
 RT_API rt_status rt_scene_smooth_mesh(rt_scene *scene, rt_geometry geometry);
 RT_API rt_status rt_scene_remove_geometry(rt_scene *scene, rt_geometry geometry);
 
