@@ -163,7 +163,7 @@ RTI_VEC int bvh_blocks(rtk_query *q, rtk_u32 mode, const rtk_pray *r, const rti_
         rti_f4 p1[3] = {rti_f4_load(b->v1[r->kx]), rti_f4_load(b->v1[r->ky]), rti_f4_load(b->v1[r->kz])};
         rti_f4 p2[3] = {rti_f4_load(b->v2[r->kx]), rti_f4_load(b->v2[r->ky]), rti_f4_load(b->v2[r->kz])};
         rti_tri_hit4 hit;
-        float t[4], u[4], v[4];
+        float t[4], u[4], v[4], off[4];
         rtk_u32 bits = rti_tri4(lanes, p0, p1, p2, 15u, &hit), last = RTK_INVALID;
         if (bits == 0u)
             continue;
@@ -193,6 +193,13 @@ RTI_VEC int bvh_blocks(rtk_query *q, rtk_u32 mode, const rtk_pray *r, const rti_
                 if (tree->refs[4u * k + i] == last) /* a block's last triangle stands in the lanes that are left */
                     continue;
                 last = tree->refs[4u * k + i];
+                if ((hit.certain >> i & 1u) && outer == 0.0f) {
+                    rti_f4_store(off, hit.off);
+                    if ((mode & RTK_MODE_ANY) && late->plain)
+                        return 1;
+                    if (mode == 0u && t[i] - off[i] > q->best.t)
+                        continue;
+                }
                 const float reach = outer == 0.0f && mode == 0u ? rtk_min(r->tmax, q->best.t) : r->tmax;
                 const rti_tri_pair pair = {r->korg.x, r->korg.y, r->korg.z, r->sx,   r->sy,
                                            r->kdz,    r->tshift, r->scale,  r->tmin, reach};

@@ -84,8 +84,8 @@ RTI_VEC int lone_ask(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 ref)
     return (mode & RTK_MODE_ANY) && (a->p->done >> w->lane & 1u);
 }
 
-/* The triangle at a place, which the leaf test's first half doubts. */
-RTI_VEC int lone_doubt(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 place)
+/* The triangle at a place, which the leaf test's first half doubts. certain: it is a hit, no farther than `off` from t. */
+RTI_VEC int lone_doubt(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 place, rtk_u32 certain, float t, float off)
 {
     packet *p = a->p;
     const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
@@ -95,9 +95,9 @@ RTI_VEC int lone_doubt(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 place)
                                p->dir[kz][l], 0.0f,          a->part->scale, p->tmin[l], p->t[l]};
     const float c0[3] = {b->v0[kx][j], b->v0[ky][j], b->v0[kz][j]}, c1[3] = {b->v1[kx][j], b->v1[ky][j], b->v1[kz][j]};
     const float c2[3] = {b->v2[kx][j], b->v2[ky][j], b->v2[kz][j]};
-    float within[2];
-    const int sure = rti_tri_settle(&pair, c0, c1, c2, within);
-    if (sure < 0)
+    float within[2] = {t - off, t + off};
+    const int sure = certain ? 1 : rti_tri_settle(&pair, c0, c1, c2, within);
+    if (sure < 0 || (certain && !(mode & RTK_MODE_ANY) && within[0] > p->t[l]))
         return 0;
     if (sure > 0 && (mode & RTK_MODE_ANY)) {
         p->done |= (uint64_t)1u << l;
@@ -164,7 +164,7 @@ RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
         const rti_f4 p1[3] = {rti_f4_load(b->v1[kx]), rti_f4_load(b->v1[ky]), rti_f4_load(b->v1[kz])};
         const rti_f4 p2[3] = {rti_f4_load(b->v2[kx]), rti_f4_load(b->v2[ky]), rti_f4_load(b->v2[kz])};
         rti_tri_hit4 hit;
-        float t[4], u[4], v[4];
+        float t[4], u[4], v[4], off[4];
         rtk_u32 bits = rti_tri4(&r, p0, p1, p2, 15u, &hit), last = RTK_INVALID;
         if (__builtin_expect(bits == 0u, 1))
             continue;
@@ -177,7 +177,8 @@ RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
                 if (tree->refs[place] == last) /* a block's last triangle stands in the lanes that are left */
                     continue;
                 last = tree->refs[place];
-                if (lone_doubt(a, w, mode, place))
+                rti_f4_store(off, hit.off);
+                if (lone_doubt(a, w, mode, place, hit.certain >> i & 1u, t[i], off[i]))
                     return 1;
             } else if (lone_take(a, w, mode, place, t[i], u[i], v[i])) {
                 return 1;
@@ -389,7 +390,7 @@ RTI_VEC void lone_end(const lone_all *a)
     rtk_u32 ref[PACKET];
     for (rtk_u32 i = 0u; i < a->left; i++) {
         ref[i] = a->tree.refs[a->left_place[i]];
-        __builtin_prefetch(&a->p->scene->groups->tris[ref[i]].geom);
+        packet_is_next(a->p, ref[i]);
     }
     for (rtk_u32 at = 0u; at < a->asides; at += RTI_SIMD)
         lone_decide(a, a->aside + at, rtk_umin(a->asides - at, RTI_SIMD));

@@ -142,12 +142,13 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
     packet *p = a->p;
     rtk_u32 ask = 0u, doubt = hit->doubt;
     if (mode & RTK_MODE_ANY) {
-        rtk_u32 sure = 0u;
+        rtk_u32 sure = hit->certain, more = 0u;
+        doubt &= ~sure;
         if (__builtin_popcount(doubt) >= SETTLE_MANY) {
-            ask = packet_settle_many(&m->tri, &m->tri.tmax, v0, v1, v2, doubt, &sure, NULL);
+            ask = packet_settle_many(&m->tri, &m->tri.tmax, v0, v1, v2, doubt, &more, NULL);
             doubt = 0u;
         }
-        p->done |= (uint64_t)(hit->hit | sure) << m->from;
+        p->done |= (uint64_t)(hit->hit | sure | more) << m->from;
     } else {
         vec best = V(load)(p->t + m->from), low = V(load)(m->low);
         rtk_u32 take = hit->hit & VM(bits)(V(lt)(hit->t, low));
@@ -161,16 +162,14 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
         low = V(select)(VM(of)(take), hit->t, low);
         V(store)(p->u + m->from, V(select)(VM(of)(take), hit->u, V(load)(p->u + m->from)));
         V(store)(p->v + m->from, V(select)(VM(of)(take), hit->v, V(load)(p->v + m->from)));
-        if (__builtin_popcount(doubt) >= SETTLE_MANY) { /* as lone_doubt */
-            vec within[2];
-            rtk_u32 sure, aside;
-            ask |= packet_settle_many(&m->tri, &best, v0, v1, v2, doubt, &sure, within);
-            aside = sure & VM(bits)(V(lt)(within[1], low)) & VM(bits)(V(lt)(within[0], within[1]));
+        if (hit->certain != 0u) { /* as lone_doubt */
+            const vec near = hit->t - hit->off, far = hit->t + hit->off;
+            const rtk_u32 sure = hit->certain & VM(bits)(V(le)(near, best)), aside = sure & VM(bits)(V(lt)(far, low));
             ask |= sure & ~aside;
-            best = V(select)(VM(of)(aside), within[1], best);
-            low = V(select)(VM(of)(aside), within[0], low);
+            best = V(select)(VM(of)(aside), far, best);
+            low = V(select)(VM(of)(aside), near, low);
             take |= aside;
-            doubt = 0u;
+            doubt &= ~hit->certain;
         }
         V(store)(p->t + m->from, best);
         V(store)(m->low, low);
@@ -186,7 +185,7 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
         if (ask >> i & 1u)
             lone_ask(a, &w, mode, a->tree.refs[place]);
         else
-            lone_doubt(a, &w, mode, place);
+            lone_doubt(a, &w, mode, place, 0u, 0.0f, 0.0f);
         mixed_put(m, i, &w);
     }
 }
@@ -238,11 +237,13 @@ RTI_VEC void mixed_fours(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, 
                     continue;
                 mixed_get(m, lane[i / 4u], &w);
                 if (hit.doubt >> i & 1u) {
+                    float off[RTI_SIMD];
                     if (i / 4u == ray && a->tree.refs[place] == last) /* a block's last triangle fills it up */
                         continue;
                     last = a->tree.refs[place];
                     ray = i / 4u;
-                    enough = lone_doubt(a, &w, mode, place);
+                    V(store)(off, hit.off);
+                    enough = lone_doubt(a, &w, mode, place, hit.certain >> i & 1u, t[i], off[i]);
                 } else {
                     enough = lone_take(a, &w, mode, place, t[i], u[i], v[i]);
                 }

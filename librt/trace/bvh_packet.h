@@ -35,11 +35,15 @@ typedef struct packet {
     /* Where each hit counts (plain), whose the best hit is, is asked when the walk ends: a triangle's reference and record are
      * seldom in the nearer caches. late: of each lane, as bits, the place in refs, or RTK_INVALID: prim and geom tell. */
     rtk_u32 plain;
+    struct {
+        rtk_u32 geom, first, count;
+    } mesh; /* the one that was met last: its triangles are those from `first` on */
     _Alignas(64) float late[PACKET];
     /* Of the rays that walk. */
     uint64_t rays;
     float near_org[3], far_org[3], inv_lo[3], inv_hi[3], from, reach;
     rtk_u32 near[3], kx, ky, kz;
+    rtk_u32 pencil; /* of closest hits: all rays start in one point */
     const rtk_scene *scene;
     const rtk_trace_block *blocks;
     rtk_u32 first;
@@ -228,8 +232,9 @@ RTI_VEC rtk_u32 packet_sees_all(const packet *p)
 }
 
 /* Makes ready the walk of `rays`, which are of one axis and octant. */
-RTI_VEC void packet_begin(packet *p, uint64_t rays)
+RTI_VEC void packet_begin(packet *p, rtk_u32 mode, uint64_t rays)
 {
+    float width = 0.0f;
     rtk_u32 key = p->axis[__builtin_ctzll(rays)];
     vec olo[3], ohi[3], ilo[3], ihi[3], from = V(set)(RTK_INF), inf = V(set)(RTK_INF), none = V(set)(-RTK_INF);
     p->rays = rays;
@@ -264,7 +269,9 @@ RTI_VEC void packet_begin(packet *p, uint64_t rays)
         p->inv_lo[i] = packet_low(ilo[i]);
         p->inv_hi[i] = packet_high(ihi[i]);
         p->near[i] = (2u * i + back) * RTK_BVH_WIDTH;
+        width += h - l;
     }
+    p->pencil = !(mode & RTK_MODE_ANY) && width == 0.0f;
     p->from = packet_low(from);
     p->plain = packet_sees_all(p);
     memset(p->late, 0xff, sizeof p->late);
@@ -335,12 +342,25 @@ static void packet_ask(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 i,
     packet_answer(p, i, &q);
 }
 
-/* A ray's best hit is of this triangle. */
+/* A triangle's record, seldom in the nearer caches, will be read. */
+RTI_VEC void packet_is_next(const packet *p, rtk_u32 ref)
+{
+    if (ref - p->mesh.first >= p->mesh.count)
+        __builtin_prefetch(&p->scene->groups->tris[ref].geom);
+}
+
+/* A ray's best hit is of this triangle. A mesh's stand in their order, side by side: where the last one met holds this one, too,
+ * no record is read. */
 RTI_VEC void packet_is(packet *p, rtk_u32 i, rtk_u32 ref)
 {
-    const rtk_tri *tri = &p->scene->groups->tris[ref];
-    p->prim[i] = rtk_float(tri->prim);
-    p->geom[i] = rtk_float(tri->geom);
+    if (ref - p->mesh.first >= p->mesh.count) {
+        const rtk_group *g = p->scene->groups;
+        p->mesh.geom = g->tris[ref].geom;
+        p->mesh.first = g->geoms[p->mesh.geom].first;
+        p->mesh.count = g->geoms[p->mesh.geom].prim_count;
+    }
+    p->prim[i] = rtk_float(ref - p->mesh.first);
+    p->geom[i] = rtk_float(p->mesh.geom);
 }
 
 #endif

@@ -72,7 +72,7 @@ RTI_VEC void packet_know(packet *p, const rtk_part *part)
             continue;
         lane[n] = i;
         ref[n] = part->RTK_TREE.refs[late];
-        __builtin_prefetch(&p->scene->groups->tris[ref[n++]].geom);
+        packet_is_next(p, ref[n++]);
     }
     for (rtk_u32 i = 0u; i < n; i++)
         packet_is(p, lane[i], ref[i]);
@@ -99,28 +99,43 @@ RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, cons
         tri = &p->scene->groups->tris[tree->refs[place]];
         geom = &p->scene->groups->geoms[tri->geom];
     }
-    if (geom && (p->masked || (geom->flags & RTK_GEOM_ALPHA))) {
-        ask = hit.hit | packet_settle(r, V(load)(p->t + at), mode, hit.doubt, c0, c1, c2, NULL);
-        take = 0u;
-    } else {
-        vec best = V(load)(p->t + at);
-        if (geom && !(geom->mask & p->common))
-            return;
-        take = hit.hit;
-        ask = hit.doubt;
-        if ((mode & RTK_MODE_ANY) || __builtin_popcount(ask) < TRI_EXACT_AT_ONCE)
-            ask = packet_settle(r, best, mode, ask, c0, c1, c2, &take);
-        if (__builtin_popcount(ask) >= TRI_EXACT_LEAST) {
-            const vec dx = V(load)(p->dir[x] + at), dy = V(load)(p->dir[y] + at);
-            ask = tri_exact(r, &dx, &dy, v0, v1, v2, ask, &hit);
-            take |= hit.hit;
+    const int one = geom && (p->masked || (geom->flags & RTK_GEOM_ALPHA)); /* by one */
+    if (geom && !one && !(geom->mask & p->common))
+        return;
+    take = one ? 0u : hit.hit;
+    ask = one ? hit.hit : 0u;
+    if (__builtin_expect(hit.doubt != 0u, 0)) {
+        const vec best = V(load)(p->t + at);
+        rtk_u32 left = hit.doubt;
+        if (!one && (mode & RTK_MODE_ANY)) {
+            take |= hit.certain;
+            left &= ~hit.certain;
+        } else if (!one) {
+            left &= ~(hit.certain & VM(bits)(V(lt)(best, hit.t - hit.off)));
         }
-        if (!(mode & RTK_MODE_ANY)) {
-            const rtk_u32 same = take & VM(bits)(V(eq)(hit.t, best));
-            if (same != 0u)
-                ask |= packet_others(p, part, at, same, tree->refs[place]);
-            take &= VM(bits)(V(lt)(hit.t, best));
+        if (left != 0u) { /* of copies: what has its address taken is in no register */
+            const tri_ray rays = *r;
+            const vec b0[3] = {v0[0], v0[1], v0[2]}, b1[3] = {v1[0], v1[1], v1[2]}, b2[3] = {v2[0], v2[1], v2[2]};
+            tri_hit more = hit;
+            const rtk_u32 sure = one ? 0u : left & hit.certain;
+            if (left != sure)
+                left = sure | packet_settle(&rays, best, mode, left & ~sure, c0, c1, c2, one ? NULL : &take);
+            if (left != 0u && !one) {
+                const vec dx = V(load)(p->dir[x] + at), dy = V(load)(p->dir[y] + at);
+                more.hit = 0u;
+                left = tri_exact(&rays, &dx, &dy, b0, b1, b2, left, &more);
+                take |= more.hit;
+                hit = more;
+            }
+            ask |= left;
         }
+    }
+    if (!(mode & RTK_MODE_ANY) && !one) {
+        const vec best = V(load)(p->t + at);
+        const rtk_u32 same = take & VM(bits)(V(eq)(hit.t, best));
+        if (same != 0u)
+            ask |= packet_others(p, part, at, same, tree->refs[place]);
+        take &= VM(bits)(V(lt)(hit.t, best));
     }
     if (take && (mode & RTK_MODE_ANY)) {
         p->done |= (uint64_t)take << at;
@@ -205,23 +220,10 @@ RTI_VEC void packet_blocks(packet *p, rtk_u32 mode, const rtk_part *part, uint64
 }
 
 #ifdef RTI_PACK
-/* The triangle at a place may be hit by a lane's ray, as the leaf test in vectors says. */
-RTI_VEC void packet_maybe(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 l, rtk_u32 place, rtk_u32 doubt, float t, float u,
-                          float v)
+/* The triangle at a place is hit by a lane's ray. */
+RTI_VEC void packet_maybe(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 l, rtk_u32 place, float t, float u, float v)
 {
-    if (doubt) {
-        const rtk_bvhblock *b = &part->RTK_TREE.blocks[place / 4u];
-        const rtk_u32 j = place % 4u, x = p->kx, y = p->ky, z = p->kz;
-        const float c0[3] = {b->v0[x][j], b->v0[y][j], b->v0[z][j]}, c1[3] = {b->v1[x][j], b->v1[y][j], b->v1[z][j]};
-        const float c2[3] = {b->v2[x][j], b->v2[y][j], b->v2[z][j]};
-        const rti_tri_pair r = {p->org[x][l], p->org[y][l], p->org[z][l],  p->sx[l],   p->sy[l],
-                                p->dir[z][l], 0.0f,         part->scale, p->tmin[l], mode & RTK_MODE_ANY ? p->tmax[l] : p->t[l]};
-        const int sure = rti_tri_settle(&r, c0, c1, c2, NULL);
-        if (sure > 0 && (mode & RTK_MODE_ANY))
-            p->done |= (uint64_t)1u << l;
-        else if (sure >= 0)
-            packet_ask_late(p, mode, part, l, part->RTK_TREE.refs[place]);
-    } else if (mode & RTK_MODE_ANY) {
+    if (mode & RTK_MODE_ANY) {
         p->done |= (uint64_t)1u << l;
     } else if (t < p->t[l]) {
         p->t[l] = t;
@@ -235,6 +237,28 @@ RTI_VEC void packet_maybe(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32
 
 /* What four rays by four triangles cost, in halves of a triangle for RTI_SIMD rays: closest hits are taken one by one. */
 #define PACKET_PRICE(mode) ((mode) & RTK_MODE_ANY ? 2 : 3)
+
+/* Of four rays by four triangles those pairs in doubt that are left: what is a hit is added to *hit; returns those that must be
+ * asked. */
+__attribute__((noinline)) static rtk_u32 packet_fours_doubt(const packet *p, rtk_u32 mode, const tri_ray *r, const rtk_u32 lane[4],
+                                                            const vec v0[3], const vec v1[3], const vec v2[3], rtk_u32 left,
+                                                            tri_hit *hit)
+{
+    const vec end = mode & RTK_MODE_ANY ? r->tmax : rti_f16_each(p->t, lane);
+    rtk_u32 unsure = left & ~hit->certain, sure;
+    if (unsure != 0u) {
+        unsure = packet_settle_many(r, &end, v0, v1, v2, unsure, &sure, NULL);
+        if (mode & RTK_MODE_ANY)
+            hit->hit |= sure;
+        else
+            unsure |= sure;
+        left = (left & hit->certain) | unsure;
+    }
+    if (left == 0u)
+        return 0u;
+    const vec dx = rti_f16_each(p->dir[p->kx], lane), dy = rti_f16_each(p->dir[p->ky], lane);
+    return tri_exact(r, &dx, &dy, v0, v1, v2, left, hit);
+}
 
 /* As packet_blocks, of a plain packet, four rays by four triangles at a time: lane 4 r + t is ray r and triangle t. */
 RTI_VEC void packet_fours(packet *p, rtk_u32 mode, const rtk_part *part, uint64_t rays, rtk_u32 from, uint64_t places)
@@ -262,6 +286,23 @@ RTI_VEC void packet_fours(packet *p, rtk_u32 mode, const rtk_part *part, uint64_
             rtk_u32 bits = tri_test(&r, v0, v1, v2, want & 0x1111u * (rtk_u32)(left & 15u), &hit);
             if (bits == 0u)
                 continue;
+            rtk_u32 ask = 0u;
+            if (__builtin_expect(hit.doubt != 0u, 0)) {
+                if (mode & RTK_MODE_ANY) {
+                    hit.hit |= hit.certain;
+                    hit.doubt &= ~hit.certain;
+                } else {
+                    hit.doubt &= ~(hit.certain & VM(bits)(V(lt)(rti_f16_each(p->t, lane), hit.t - hit.off)));
+                }
+                if (hit.doubt != 0u) { /* of copies: what has its address taken is in no register */
+                    const tri_ray four = r;
+                    const vec c0[3] = {v0[0], v0[1], v0[2]}, c1[3] = {v1[0], v1[1], v1[2]}, c2[3] = {v2[0], v2[1], v2[2]};
+                    tri_hit more = hit;
+                    ask = packet_fours_doubt(p, mode, &four, lane, c0, c1, c2, hit.doubt, &more);
+                    hit = more;
+                }
+                bits = hit.hit;
+            }
             V(store)(t, hit.t);
             V(store)(u, hit.u);
             V(store)(v, hit.v);
@@ -269,7 +310,11 @@ RTI_VEC void packet_fours(packet *p, rtk_u32 mode, const rtk_part *part, uint64_
                 const rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
                 if ((mode & RTK_MODE_ANY) && (p->done >> lane[i / 4u] & 1u))
                     continue;
-                packet_maybe(p, mode, part, lane[i / 4u], at + i % 4u, hit.doubt >> i & 1u, t[i], u[i], v[i]);
+                packet_maybe(p, mode, part, lane[i / 4u], at + i % 4u, t[i], u[i], v[i]);
+            }
+            for (; ask != 0u; ask &= ask - 1u) {
+                const rtk_u32 i = (rtk_u32)__builtin_ctz(ask);
+                packet_ask_late(p, mode, part, lane[i / 4u], part->RTK_TREE.refs[at + i % 4u]);
             }
             for (rtk_u32 i = 0u; i < 4u && (mode & RTK_MODE_ANY); i++)
                 want &= p->done >> lane[i] & 1u ? ~(15u << 4u * i) : LANES_ALL;
@@ -377,7 +422,12 @@ RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
                 continue;
             const rtk_bvhnode *n = &nodes[stack[top].node];
             rtk_u32 slot = stack[top].slot;
-            lane = packet_first(p, n, slot, stack[top].lane);
+            lane = stack[top].lane;
+            if (!(mode & RTK_MODE_ANY) && p->pencil && n->count[slot] == 0u) {
+                at = n->child[slot];
+                break;
+            }
+            lane = packet_first(p, n, slot, lane);
             if (lane == PACKET)
                 continue;
             if (n->count[slot] == 0u) {

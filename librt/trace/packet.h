@@ -143,7 +143,7 @@ __attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ra
         const settle_vec u = x[CX] * x[BY] - x[CY] * x[BX], v = x[AX] * x[CY] - x[AY] * x[CX], w = x[BX] * x[AY] - x[BY] * x[AX];
         const settle_vec det = u + v + w, size = SETTLE_ABS(det);
         const settle_vec near = (x[AZ] + (v * (x[BZ] - x[AZ]) + w * (x[CZ] - x[AZ])) / det) / x[KDZ];
-        const settle_vec wide = SETTLE_OFF * x[SCALE] / SETTLE_ABS(x[KDZ]) + SETTLE_OFF_LEAST;
+        const settle_vec wide = (double)SETTLE_OFF * x[SCALE] / SETTLE_ABS(x[KDZ]) + SETTLE_OFF_LEAST;
         const settle_vec off = wide + SETTLE_OFF_T * (SETTLE_ABS(near) + SETTLE_ABS(x[TSHIFT]));
         const settle_vec t = near + x[TSHIFT];
         const settle_mask out = ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0));

@@ -7,8 +7,6 @@
 #ifndef RTI_TRI_EXACT_H
 #define RTI_TRI_EXACT_H
 
-#define TRI_EXACT_LEAST   3 /* lanes in doubt; fewer are asked one by one */
-#define TRI_EXACT_AT_ONCE 6 /* of a closest hit so many are not settled one by one first */
 
 typedef struct wide_ff {
     vec hi, lo;
@@ -74,11 +72,13 @@ RTI_VEC wide_ff wide_diff_products(vec a, vec b, vec c, vec d)
 
 RTI_VEC vec wide_normaliser(vec most)
 {
-    float x[RTI_SIMD];
-    V(store)(x, most);
-    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
-        x[i] = rtk_normaliser(x[i]);
-    return V(load)(x);
+    vec_whole e, cap;
+    memcpy(&e, &most, sizeof e);
+    e >>= 23; /* the sign is none */
+    cap = e > 251;
+    e = (252 - ((e & ~cap) | (251 & cap))) << 23;
+    memcpy(&most, &e, sizeof most);
+    return most;
 }
 
 /* rtk_ff_cross: a b - c d. */

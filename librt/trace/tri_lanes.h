@@ -12,6 +12,16 @@
 #define LANES_TYPE_(a, n)      LANES_TYPE__(a, n)
 #define LANES_TYPE(a, n)       LANES_TYPE_(a, n)
 
+/* What the leaf test's first half can tell of lanes in doubt without the second. Where no edge function is zero each has its true
+ * sign, so a ray is inside for certain. The second half's depth is that of the same sheared vertices, of which the first's is off by
+ * no more than half of `e` while det is known to a hundredth, or the plane's, no farther than 2^-19 scale (SETTLE_OFF, of scale /
+ * |kdz|). */
+#define SETTLE_OFF        2.4e-6f
+#define CERTAIN_OFF_T     1.5e-6f /* of t: for roundings, also of t - off and t + off */
+#define CERTAIN_OFF_LEAST 1e-37f
+#define CERTAIN_Q         1.6e4f /* bounds on |x| |y| / |det|, and on |det| */
+#define CERTAIN_DET       1e-30f
+
 #define RTI_N 4
 #include "tri_lanes.inl"
 #undef RTI_N
@@ -35,8 +45,7 @@
  */
 #define SETTLE_DET       6.2e-5 /* bounds on |det|: of |x| |y|, and of all */
 #define SETTLE_DET_MOST  1e38
-#define SETTLE_OFF       2.4e-6 /* `off`: of scale / |kdz|, and of t */
-#define SETTLE_OFF_T     1e-6
+#define SETTLE_OFF_T     1e-6   /* `off`: SETTLE_OFF of scale / |kdz|, and this of t */
 #define SETTLE_OFF_LEAST 5e-45 /* more than floats lie apart when they are denormal */
 #define SETTLE_ROUND     2e-7 /* of t: what it lies between is rounded to floats */
 
@@ -61,7 +70,7 @@ RTI_VEC int rti_tri_settle(const rti_tri_pair *r, const float v0[3], const float
     if (!(size > SETTLE_DET * ((double)mx * my)) || !(size < SETTLE_DET_MOST))
         return 0;
     t = ((double)az + (v * ((double)bz - az) + w * ((double)cz - az)) / det) / r->kdz;
-    off = (SETTLE_OFF * r->scale / rtk_fabs(r->kdz) + SETTLE_OFF_LEAST) + SETTLE_OFF_T * ((t < 0.0 ? -t : t) + rtk_fabs(r->tshift));
+    off = ((double)SETTLE_OFF * r->scale / rtk_fabs(r->kdz) + SETTLE_OFF_LEAST) + SETTLE_OFF_T * ((t < 0.0 ? -t : t) + rtk_fabs(r->tshift));
     t += r->tshift;
     if (t + off < r->tmin || t - off > r->tmax)
         return -1;

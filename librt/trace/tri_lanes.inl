@@ -15,10 +15,11 @@ typedef struct RAY {
     VEC ox, oy, oz, sx, sy, kdz, tmin, tmax, tshift, scale;
 } RAY;
 
-/* hit: lanes that the test accepts, with what it gives; doubt: lanes that must be asked one by one (rtk_tri_intersect). */
+/* hit: lanes that the test accepts, with what it gives; doubt: lanes that must be asked one by one (rtk_tri_intersect). certain:
+ * those of them that it will accept, with a t no farther than `off` from this one (without doubt: 0). */
 typedef struct RESULT {
-    uint32_t hit, doubt;
-    VEC t, u, v;
+    uint32_t hit, doubt, certain;
+    VEC t, u, v, off;
 } RESULT;
 
 /* a[0] x, a[1] y, a[2] z of vertex 0 in the ray's order of axes, likewise b, c; lanes: those that count. Returns hit | doubt. */
@@ -48,9 +49,18 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
     MASK edge = M(or)(M(or)(F(eq)(uu, zero), F(eq)(vv, zero)), F(eq)(ww, zero));
     uint32_t sure = keep & M(bits)(M(andnot)(good, edge)), doubt = keep & ~sure;
     VEC th = r->tshift + z / r->kdz;
+    out->certain = 0u;
+    out->off = zero;
     if (doubt) {
-        e = F(set)(1.2e-7f) * e / F(abs)(r->kdz);
+        VEC slope = F(abs)(r->kdz), off;
+        e = F(set)(1.2e-7f) * e / slope;
         doubt &= ~M(bits)(M(or)(F(lt)(th + e, r->tmin), F(lt)(r->tmax, th - e)));
+        off = e + (F(set)(SETTLE_OFF) * r->scale / slope + F(set)(CERTAIN_OFF_T) * (F(abs)(th) + F(abs)(r->tshift)));
+        off = off + F(set)(CERTAIN_OFF_LEAST);
+        good = M(and)(F(le)(q, F(set)(CERTAIN_Q)), F(le)(F(set)(CERTAIN_DET), F(abs)(det)));
+        good = M(andnot)(M(and)(good, M(and)(F(lt)(r->tmin, th - off), F(lt)(th + off, r->tmax))), edge);
+        out->certain = doubt & M(bits)(good);
+        out->off = off;
     }
     out->hit = sure & M(bits)(M(and)(F(lt)(r->tmin, th), F(lt)(th, r->tmax)));
     out->doubt = doubt;

@@ -92,7 +92,7 @@ static int make_ray(rng *g, int shape, const rtk_tri *t, rtk_pray *r)
 }
 
 typedef struct tally {
-    uint64_t hits, doubts;
+    uint64_t hits, doubts, certain;
 } tally;
 
 static void compare(const rtk_pray *rays, const rtk_tri *tris, const probe_answer *got, uint32_t n, tally *sum, const char *isa)
@@ -102,6 +102,11 @@ static void compare(const rtk_pray *rays, const rtk_tri *tris, const probe_answe
         int hit = rtk_tri_intersect(&rays[i], &tris[i], &t, &u, &v);
         sum->hits += (uint64_t)hit;
         sum->doubts += (uint64_t)got[i].doubt;
+        sum->certain += (uint64_t)got[i].certain;
+        if (got[i].certain && (!got[i].doubt || !hit || !(fabsf(got[i].t - t) <= got[i].off)))
+            fail_msg("%s, %u lanes: org %a %a %a dir %a %a %a: scalar %d t %a, here for certain t %a within %a", isa, n,
+                     rays[i].org.x, rays[i].org.y, rays[i].org.z, rays[i].dir.x, rays[i].dir.y, rays[i].dir.z, hit, t, got[i].t,
+                     got[i].off);
         if (got[i].doubt)
             assert_false(got[i].hit);
         else if (got[i].hit != hit || (hit && (rtk_bits(got[i].t) != rtk_bits(t) || rtk_bits(got[i].u) != rtk_bits(u) ||
@@ -119,7 +124,7 @@ static void level(const char *isa, uint32_t width, probe_fn probe)
     const char *asked = getenv("LIBRT_PAIRS");
     uint64_t pairs = asked ? strtoull(asked, NULL, 10) : 1000000u;
     rng g = {42 + width};
-    tally sum = {0, 0};
+    tally sum = {0, 0, 0};
     rtk_pray rays[16];
     rtk_tri tris[16];
     probe_answer got[16];
@@ -135,6 +140,7 @@ static void level(const char *isa, uint32_t width, probe_fn probe)
     assert_true(sum.hits * 20 > pairs);    /* the test tests something */
     assert_true(sum.doubts * 2 < pairs);   /* adversarial pairs: a quarter */
     assert_true(sum.doubts * 100 > pairs); /* and the path of doubt is walked */
+    assert_true(sum.certain * 100 > pairs);
 }
 
 /* Of pairs that the fast test doubts, only those whose ray is on an edge are left to be asked. Every other batch is of one
@@ -146,7 +152,7 @@ static void exact(const char *isa, uint32_t width, probe_pairs *probe, probe_pai
     const char *asked = getenv("LIBRT_PAIRS");
     uint64_t pairs = asked ? strtoull(asked, NULL, 10) : 1000000u, doubted = 0, settled[3] = {0};
     rng g = {7 + width};
-    tally sum = {0, 0};
+    tally sum = {0, 0, 0};
     rtk_pray rays[16];
     rtk_tri tris[16];
     probe_answer got[16];

@@ -28,16 +28,19 @@
                             rti_f##N##_load(p[8]), rti_f##N##_load(p[9])};                                                       \
         uint32_t bits = rti_tri##N(&r, x, x + 3, x + 6, (1u << N) - 1u, &hit);                                                   \
         for (int i = 0; i < N; i++)                                                                                              \
-            out[i] = (probe_answer){bits && (hit.hit >> i & 1u), bits && (hit.doubt >> i & 1u), 0, 0, 0};                        \
+            out[i] = (probe_answer){bits && (hit.hit >> i & 1u), bits && (hit.doubt >> i & 1u), 0, 0, 0, 0, 0};                  \
         if (bits) {                                                                                                              \
             rti_f##N##_store(p[0], hit.t);                                                                                       \
             rti_f##N##_store(p[1], hit.u);                                                                                       \
             rti_f##N##_store(p[2], hit.v);                                                                                       \
+            rti_f##N##_store(p[3], hit.off);                                                                                     \
         }                                                                                                                        \
         for (int i = 0; bits && i < N; i++) {                                                                                    \
             out[i].t = p[0][i];                                                                                                  \
             out[i].u = p[1][i];                                                                                                  \
             out[i].v = p[2][i];                                                                                                  \
+            out[i].off = p[3][i];                                                                                                \
+            out[i].certain = (int)(hit.certain >> i & 1u);                                                                       \
         }                                                                                                                        \
     }
 PROBE(4)
@@ -116,7 +119,7 @@ uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tris, prob
         V(store)(p[1], hit.u);
         V(store)(p[2], hit.v);
         for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
-            out[i] = (probe_answer){hit.hit >> i & 1u, doubt >> i & 1u, p[0][i], p[1][i], p[2][i]};
+            out[i] = (probe_answer){hit.hit >> i & 1u, doubt >> i & 1u, 0, p[0][i], p[1][i], p[2][i], 0};
         return (uint32_t)__builtin_popcount(first);
     }
     memset(out, 0, RTI_SIMD * sizeof *out);
@@ -136,7 +139,7 @@ uint32_t RTI_ISA_FN(probe_settle)(const rtk_pray *rays, const rtk_tri *tris, pro
         const float c2[3] = {in[18][i], in[19][i], in[20][i]};
         float within[2];
         const int one = rti_tri_settle(&pair, c0, c1, c2, within), many = (int)(sure >> i & 1u) - !((sure | ask) >> i & 1u);
-        out[i] = (probe_answer){many > 0, many == 0, (float)one, 0, 0};
+        out[i] = (probe_answer){many > 0, many == 0, 0, (float)one, 0, 0, 0};
         differ += one != many || (one > 0 && (within[0] != bounds[0][i] || within[1] != bounds[1][i]));
     }
     return differ;

@@ -6,8 +6,8 @@
 #include "kernel/triangle.h"
 
 typedef struct probe_answer {
-    int hit, doubt;
-    float t, u, v;
+    int hit, doubt, certain;
+    float t, u, v, off;
 } probe_answer;
 
 /* The widest of 4, 8, 16 up to at_most; the answers of as many pairs. exact: of as many pairs as are
