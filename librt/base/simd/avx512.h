@@ -74,6 +74,18 @@ RTI_VEC rti_f16 rti_f16_row(const float *p)
 {
     return _mm512_broadcast_f32x4(_mm_loadu_ps(p));
 }
+/* Of each lane the least magnitude but zero so far, as its bits times two, minus one: zero comes out greatest. */
+RTI_VEC rti_i16 rti_i16_least(rti_i16 least, rti_f16 a)
+{
+    const __m512i bits = _mm512_castps_si512(a);
+    return _mm512_min_epu32(least, _mm512_sub_epi32(_mm512_add_epi32(bits, bits), _mm512_set1_epi32(1)));
+}
+RTI_VEC uint32_t rti_i16_below(rti_i16 least, float a)
+{
+    uint32_t bits;
+    __builtin_memcpy(&bits, &a, sizeof bits);
+    return _mm512_cmplt_epu32_mask(least, _mm512_set1_epi32((int)(bits * 2u - 1u)));
+}
 RTI_VEC float rti_f16_low(rti_f16 a)
 {
     return _mm512_reduce_min_ps(a);
