@@ -145,7 +145,7 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
         rtk_u32 sure = hit->certain, more = 0u;
         doubt &= ~sure;
         if (__builtin_popcount(doubt) >= SETTLE_MANY) {
-            ask = packet_settle_many(&m->tri, &m->tri.tmax, v0, v1, v2, doubt, &more, NULL);
+            ask = packet_settle_many(&m->tri, &m->tri.tmax, v0, v1, v2, doubt, &more);
             doubt = 0u;
         }
         p->done |= (uint64_t)(hit->hit | sure | more) << m->from;

@@ -62,17 +62,39 @@ RTI_VEC rtk_u32 packet_others(const packet *p, const rtk_part *part, rtk_u32 at,
     return others;
 }
 
-/* Whose the best hits are, when the walk has ended. */
+/* Whose the best hits are, when the walk has ended: vector by vector where all are of the mesh that was met last, else lane by
+ * lane. */
 RTI_VEC void packet_know(packet *p, const rtk_part *part)
 {
+    const rtk_u32 *refs = part->RTK_TREE.refs;
     rtk_u32 lane[PACKET], ref[PACKET], n = 0u;
-    for (rtk_u32 i = 0u; i < PACKET; i++) {
-        const rtk_u32 late = rtk_bits(p->late[i]);
-        if (late == RTK_INVALID)
-            continue;
-        lane[n] = i;
-        ref[n] = part->RTK_TREE.refs[late];
-        packet_is_next(p, ref[n++]);
+    for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
+        vec_bits late, of, here, prim, geom;
+        rtk_u32 some[RTI_SIMD], others;
+        vec left;
+        memcpy(&late, p->late + at, sizeof late);
+        for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
+            const rtk_u32 place = rtk_bits(p->late[at + i]);
+            some[i] = refs[place != RTK_INVALID ? place : 0u];
+        }
+        memcpy(&of, some, sizeof of);
+        of -= p->mesh.first;
+        here = (vec_bits)(late != RTK_INVALID);
+        memcpy(&prim, p->prim + at, sizeof prim);
+        memcpy(&geom, p->geom + at, sizeof geom);
+        const vec_bits known = here & (vec_bits)(of < p->mesh.count);
+        prim = (prim & ~known) | (of & known);
+        geom = (geom & ~known) | (p->mesh.geom & known);
+        memcpy(p->prim + at, &prim, sizeof prim);
+        memcpy(p->geom + at, &geom, sizeof geom);
+        here &= ~known;
+        memcpy(&left, &here, sizeof left); /* lanes of all ones are no numbers */
+        for (others = LANES_ALL & ~VM(bits)(V(eq)(left, left)); others != 0u; others &= others - 1u) {
+            const rtk_u32 i = (rtk_u32)__builtin_ctz(others);
+            lane[n] = at + i;
+            ref[n] = some[i];
+            packet_is_next(p, ref[n++]);
+        }
     }
     for (rtk_u32 i = 0u; i < n; i++)
         packet_is(p, lane[i], ref[i]);
@@ -247,7 +269,7 @@ __attribute__((noinline)) static rtk_u32 packet_fours_doubt(const packet *p, rtk
     const vec end = mode & RTK_MODE_ANY ? r->tmax : rti_f16_each(p->t, lane);
     rtk_u32 unsure = left & ~hit->certain, sure;
     if (unsure != 0u) {
-        unsure = packet_settle_many(r, &end, v0, v1, v2, unsure, &sure, NULL);
+        unsure = packet_settle_many(r, &end, v0, v1, v2, unsure, &sure);
         if (mode & RTK_MODE_ANY)
             hit->hit |= sure;
         else

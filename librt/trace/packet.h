@@ -35,6 +35,7 @@
 
 /* Whole numbers of lanes. */
 typedef int32_t vec_whole __attribute__((vector_size(RTI_SIMD * sizeof(int32_t))));
+typedef uint32_t vec_bits __attribute__((vector_size(RTI_SIMD * sizeof(uint32_t))));
 typedef uint16_t vec_short __attribute__((vector_size(RTI_SIMD * sizeof(uint16_t))));
 
 #include "tri_exact.h"
@@ -111,7 +112,7 @@ RTI_VEC rtk_u32 packet_rays_enter(const vec org[3], const vec inv[3], vec tmin, 
 }
 
 /* rti_tri_settle for many rays and triangles: what it says in doubles of each lane, in vectors of doubles as wide as compilers make
- * them. end: tmax or less. Returns the lanes that are to be asked; sure: hits for certain; within (may be NULL): as there. */
+ * them. end: tmax or less. Returns the lanes that are to be asked; sure: hits for certain. */
 #define SETTLE_N (RTI_SIMD >= 16 ? 8 : 4)
 typedef double settle_vec __attribute__((vector_size(SETTLE_N * sizeof(double))));
 typedef int64_t settle_mask __attribute__((vector_size(SETTLE_N * sizeof(double))));
@@ -120,7 +121,7 @@ typedef float settle_half __attribute__((vector_size(SETTLE_N * sizeof(float))))
 #define SETTLE_ABS(a) ((settle_vec)((settle_mask)(a)&INT64_MAX)) /* no function: such vectors are no arguments everywhere */
 
 __attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ray *r, const vec *end, const vec v0[3], const vec v1[3],
-                                                                    const vec v2[3], rtk_u32 lanes, rtk_u32 *sure, vec within[2])
+                                                                    const vec v2[3], rtk_u32 lanes, rtk_u32 *sure)
 {
     enum { AX, AY, AZ, BX, BY, BZ, CX, CY, CZ, MX, MY, KDZ, TSHIFT, SCALE, TMIN, TMAX, COUNT };
     const vec az = v0[2] - r->oz, bz = v1[2] - r->oz, cz = v2[2] - r->oz;
@@ -129,7 +130,7 @@ __attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ra
     const vec cx = (v2[0] - r->ox) - r->sx * cz, cy = (v2[1] - r->oy) - r->sy * cz;
     const vec mx = V(max)(V(max)(V(abs)(ax), V(abs)(bx)), V(abs)(cx)), my = V(max)(V(max)(V(abs)(ay), V(abs)(by)), V(abs)(cy));
     const vec in[COUNT] = {ax, ay, az, bx, by, bz, cx, cy, cz, mx, my, r->kdz, r->tshift, r->scale, r->tmin, *end};
-    float from[COUNT][RTI_SIMD], says[RTI_SIMD], low[RTI_SIMD], high[RTI_SIMD];
+    float from[COUNT][RTI_SIMD], says[RTI_SIMD];
     for (rtk_u32 k = 0u; k < COUNT; k++)
         V(store)(from[k], in[k]);
     for (rtk_u32 at = 0u; at < RTI_SIMD; at += SETTLE_N) {
@@ -153,17 +154,6 @@ __attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ra
         const settle_vec word = (settle_vec)(((settle_mask)(nought + 1.0) & some) | ((settle_mask)(nought - 1.0) & none));
         half = __builtin_convertvector(word, settle_half);
         memcpy(says + at, &half, sizeof half);
-        if (!within)
-            continue;
-        const settle_vec more = off + SETTLE_ROUND * SETTLE_ABS(t);
-        half = __builtin_convertvector(t - more, settle_half);
-        memcpy(low + at, &half, sizeof half);
-        half = __builtin_convertvector(t + more, settle_half);
-        memcpy(high + at, &half, sizeof half);
-    }
-    if (within) {
-        within[0] = V(load)(low);
-        within[1] = V(load)(high);
     }
     const vec zero = V(set)(0.0f), word = V(load)(says);
     *sure = lanes & VM(bits)(V(lt)(zero, word));
@@ -184,7 +174,7 @@ RTI_VEC rtk_u32 packet_settle(const tri_ray *rays, vec best, rtk_u32 mode, rtk_u
         const vec c0[3] = {V(set)(v0[0]), V(set)(v0[1]), V(set)(v0[2])}, c1[3] = {V(set)(v1[0]), V(set)(v1[1]), V(set)(v1[2])};
         const vec c2[3] = {V(set)(v2[0]), V(set)(v2[1]), V(set)(v2[2])};
         rtk_u32 sure;
-        ask = packet_settle_many(rays, &end, c0, c1, c2, doubt, &sure, NULL);
+        ask = packet_settle_many(rays, &end, c0, c1, c2, doubt, &sure);
         if (!take || !(mode & RTK_MODE_ANY))
             return ask | sure;
         *take |= sure;

@@ -129,18 +129,16 @@ uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tris, prob
 uint32_t RTI_ISA_FN(probe_settle)(const rtk_pray *rays, const rtk_tri *tris, probe_answer *out)
 {
     vec in[21];
-    vec bounds[2];
     const tri_ray r = load_pairs(rays, tris, in);
-    rtk_u32 sure = 0u, ask = packet_settle_many(&r, &r.tmax, in + 12, in + 15, in + 18, LANES_ALL, &sure, bounds), differ = 0u;
+    rtk_u32 sure = 0u, ask = packet_settle_many(&r, &r.tmax, in + 12, in + 15, in + 18, LANES_ALL, &sure), differ = 0u;
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
         const rti_tri_pair pair = {r.ox[i],  r.oy[i],     r.oz[i],    r.sx[i],   r.sy[i],
                                    r.kdz[i], r.tshift[i], r.scale[i], r.tmin[i], r.tmax[i]};
         const float c0[3] = {in[12][i], in[13][i], in[14][i]}, c1[3] = {in[15][i], in[16][i], in[17][i]};
         const float c2[3] = {in[18][i], in[19][i], in[20][i]};
-        float within[2];
-        const int one = rti_tri_settle(&pair, c0, c1, c2, within), many = (int)(sure >> i & 1u) - !((sure | ask) >> i & 1u);
+        const int one = rti_tri_settle(&pair, c0, c1, c2, NULL), many = (int)(sure >> i & 1u) - !((sure | ask) >> i & 1u);
         out[i] = (probe_answer){many > 0, many == 0, 0, (float)one, 0, 0, 0};
-        differ += one != many || (one > 0 && (within[0] != bounds[0][i] || within[1] != bounds[1][i]));
+        differ += one != many;
     }
     return differ;
 }
