@@ -116,7 +116,7 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
                               uint32_t count, rti_scratch *scratch)
 {
     packet p;
-    p.spread = p.steps = p.mesh.count = 0u;
+    p.spread = p.steps = p.mesh.first = p.mesh.count = 0u;
     for (rtk_u32 first = 0u; first < count; first += PACKET) {
         packet_expect_rays(rays, first + PACKET, count);
         RTK_NAME(packet_all)(&p, scene, rays, first, NULL, rays + first / RTK_BLOCK, rtk_umin(count - first, PACKET), hits, occluded,
@@ -166,7 +166,7 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
 {
     const rtk_group *g = scene->groups; /* whose parts are of one builder */
     packet p;
-    p.mesh.count = 0u;
+    p.mesh.first = p.mesh.count = 0u;
     if (count >= PACKET_FEW && packet_plain(scene, scratch) && g->shape_count != 0u) { /* bounces off a sphere still go together */
         RTK_NAME(packets)(scene, rays, hits, occluded, count, scratch);
         return;
