@@ -1,5 +1,6 @@
 /* Lit points and one light, in lanes: what the light brings to each and the ray that asks whether it arrives; and the light of
  * the rays that did. */
+#include "../base/simd.h"
 #include "../kernel/classic.h"
 #include "../kernel/lights.h"
 #include "direct.h"
@@ -117,6 +118,33 @@ static void queue_block(rti_worker *w, uint32_t at, const rays *s)
     q->count += RTK_BLOCK;
 }
 
+#ifdef RTI_PACK
+/* Some lanes behind those that are queued, in one block or two. */
+static void queue_some(rti_worker *w, uint32_t at, uint32_t lanes, const rays *s)
+{
+    rti_shadows *q = &w->shadows;
+    for (uint32_t left = lanes; left != 0;) {
+        const uint32_t k = q->count % RTK_BLOCK, room = RTK_BLOCK - k;
+        uint32_t later = left, some;
+        for (uint32_t i = 0; i < room && later != 0; i++)
+            later &= later - 1;
+        some = left & ~later;
+        rtk_trace_block *t = &q->trace[q->count / RTK_BLOCK];
+        rti_pending_block *p = &q->pending[q->count / RTK_BLOCK];
+        const float *const from[] = {s->ox, s->oy, s->oz, s->dx, s->dy, s->dz, s->tmax, s->c.r, s->c.g, s->c.b};
+        float *const to[] = {t->ox, t->oy, t->oz, t->dx, t->dy, t->dz, t->tmax, p->r, p->g, p->b};
+        for (uint32_t i = 0; i < sizeof to / sizeof *to; i++)
+            rti_f16_put(to[i] + k, some, rti_f16_load(from[i]));
+        rti_f16_put((float *)(void *)(p->home + k), some, rti_f16_load((const float *)(const void *)(w->lit_home + at)));
+        rti_f16_put(t->tmin + k, some, rti_f16_set(0.0f));
+        for (uint32_t i = k; i < RTK_BLOCK; i++)
+            t->mask[i] = RT_MASK_SHADOW;
+        q->count += (uint32_t)__builtin_popcount(some);
+        left = later;
+    }
+}
+#endif
+
 static void queue(rti_worker *w, uint32_t light, uint32_t at, uint32_t n, const rays *s)
 {
     rti_shadows *q = &w->shadows;
@@ -133,6 +161,14 @@ static void queue(rti_worker *w, uint32_t light, uint32_t at, uint32_t n, const 
         q->light = q->light == RTK_INVALID || q->light == light ? light : RTI_LIGHT_MIXED;
         return;
     }
+#ifdef RTI_PACK
+    if (q->capacity - q->count > RTK_BLOCK && !w->frame->moving) {
+        queue_some(w, at, lanes, s);
+        if (lanes != 0)
+            q->light = q->light == RTK_INVALID || q->light == light ? light : RTI_LIGHT_MIXED;
+        return;
+    }
+#endif
     for (uint32_t k = 0; k < n; k++)
         if (lanes >> k & 1u)
             rti_shadow(w, light, rtk_v3(s->ox[k], s->oy[k], s->oz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]), s->tmax[k],

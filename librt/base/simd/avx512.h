@@ -52,6 +52,12 @@ RTI_VEC rti_f16 rti_f16_msub(rti_f16 a, rti_f16 b, rti_f16 c)
 {
     return _mm512_maskz_fmsub_ps((__mmask16)65535, a, b, c);
 }
+/* The lanes chosen by bits side by side from p on, and nothing behind them. */
+RTI_VEC void rti_f16_put(float *p, uint32_t bits, rti_f16 a)
+{
+    const __mmask16 some = (__mmask16)((1u << __builtin_popcount(bits & 0xffffu)) - 1u);
+    _mm512_mask_storeu_ps(p, some, _mm512_maskz_compress_ps((__mmask16)bits, a));
+}
 typedef __m512i rti_i16;
 RTI_VEC rti_i16 rti_i16_fours(uint32_t bits, uint32_t from)
 {
