@@ -17,9 +17,8 @@ typedef struct wide_ff {
 typedef struct wide_way {
     int fused;
 #ifdef RTI_PACK
-    rti_i16 least;
+    rti_i16 least, most;
 #endif
-    vec most;
 } wide_way;
 #define WIDE_TINY 8.8817842e-16f /* 2^-50 */
 #define WIDE_HUGE 1.1529215e18f  /* 2^60 */
@@ -32,7 +31,7 @@ RTI_VEC void wide_note(wide_way *way, vec a)
 #ifdef RTI_PACK
     if (way->fused) {
         way->least = rti_i16_least(way->least, a);
-        way->most = V(max)(way->most, V(abs)(a));
+        way->most = rti_i16_most(way->most, a);
     }
 #else
     (void)way;
@@ -138,6 +137,7 @@ RTI_VEC vec wide_plane_depth(wide_way *way, const tri_ray *r, vec dx, vec dy, co
     wide_note(way, oz.hi);
     const wide_ff num = wide_add(wide_add(wide_mul(way, nx, ox), wide_mul(way, ny, oy)), wide_mul(way, nz, oz));
     const wide_ff den = wide_add(wide_add(wide_scale(way, nx, dx), wide_scale(way, ny, dy)), wide_scale(way, nz, r->kdz));
+    wide_note(way, den.hi);
     return wide_quotient(way, num, den) * r->kdz;
 }
 
@@ -189,7 +189,7 @@ RTI_VEC int tri_exact_way(wide_way way, const tri_ray *r, const vec *dx, const v
     good = lanes & ~edge & VM(bits)(V(lt)(zero, V(abs)(det.hi))) & VM(bits)(V(lt)(r->tmin, t)) & VM(bits)(V(lt)(t, r->tmax));
     const vec b = V(min)(wide_quotient(&way, v, det), one), c = V(min)(wide_quotient(&way, w, det), one);
 #ifdef RTI_PACK
-    if (way.fused && (lanes & ~edge & (rti_i16_below(way.least, WIDE_TINY) | ~VM(bits)(V(le)(way.most, V(set)(WIDE_HUGE))))))
+    if (way.fused && (lanes & ~edge & rti_i16_outside(way.least, way.most, WIDE_TINY, WIDE_HUGE)) != 0u)
         return 0;
 #endif
     hit->t = V(select)(VM(of)(good), t, hit->t);
@@ -207,9 +207,9 @@ __attribute__((noinline, unused)) static rtk_u32 tri_exact(const tri_ray *r, con
 {
     rtk_u32 edges = 0u;
     wide_way way;
-    way.most = V(set)(0.0f);
 #ifdef RTI_PACK
-    way.least = _mm512_set1_epi32(-1);
+    way.least = rti_i16_none();
+    way.most = rti_i16_zero();
     way.fused = 1;
     if (tri_exact_way(way, r, dx, dy, v0, v1, v2, lanes, hit, &edges))
         return edges;

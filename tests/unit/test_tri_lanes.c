@@ -2,6 +2,7 @@
  * refuses, the scalar function accepts or refuses; lanes in doubt are few enough to be worth it. Also what packets do for
  * many rays at once: doubted ones in doubled floats, those that start far away. LIBRT_PAIRS: how many pairs (a million each
  * width). */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -69,8 +70,31 @@ static int make_triangle(rng *g, rtk_tri *t)
     return shape;
 }
 
-/* A ray for it; false: it misses the bounds, and there is nothing to ask. */
-static int make_ray(rng *g, int shape, const rtk_tri *t, rtk_pray *r)
+/* Sizes of a world and of directions, as powers of two: a pair is made at size 1. Every other batch has other sizes, up to those
+ * where products of factors leave the range of floats. */
+typedef struct sizes {
+    float world, dir;
+} sizes;
+
+static sizes make_sizes(rng *g)
+{
+    static const int world[] = {-60, -46, -38, -16, 16, 28, 30, 40, 56}, dir[] = {0, -50, -33, 33, 57};
+    if (rng_unit(g) < 0.5f)
+        return (sizes){1.0f, 1.0f};
+    return (sizes){ldexpf(1.0f, world[(int)(rng_unit(g) * 9.0f) % 9]), ldexpf(1.0f, dir[(int)(rng_unit(g) * 5.0f) % 5])};
+}
+
+static void resize(rtk_tri *t, float by)
+{
+    for (int k = 0; k < 3; k++) {
+        t->v0[k] *= by;
+        t->v1[k] *= by;
+        t->v2[k] *= by;
+    }
+}
+
+/* A ray for it, at the sizes; false: it misses the bounds, and there is nothing to ask. */
+static int make_ray(rng *g, int shape, const rtk_tri *t, sizes size, rtk_pray *r)
 {
     int aim = (int)(rng_unit(g) * 5.0f), start = (int)(rng_unit(g) * 6.0f);
     rtk_vec3 lo = rtk_v3(-1.01f, -1.01f, -1.01f), hi = rtk_v3(1.01f, 1.01f, 1.01f);
@@ -88,7 +112,12 @@ static int make_ray(rng *g, int shape, const rtk_tri *t, rtk_pray *r)
     ray.tmin = rng_unit(g) < 0.8f ? 0.0f : rng_unit(g);
     ray.tmax = rng_unit(g) < 0.5f ? RTK_INF : 2.0f * rng_unit(g);
     ray.mask = 1u;
-    return rtk_ray_valid(ray) && rtk_ray_prepare(ray, lo, hi, 1.01f, r);
+    ray.org = rtk_scale(ray.org, size.world);
+    ray.dir = rtk_scale(ray.dir, size.dir);
+    ray.tmin *= size.world / size.dir;
+    ray.tmax *= size.world / size.dir;
+    return rtk_ray_valid(ray) &&
+           rtk_ray_prepare(ray, rtk_scale(lo, size.world), rtk_scale(hi, size.world), 1.01f * size.world, r);
 }
 
 typedef struct tally {
@@ -130,10 +159,13 @@ static void level(const char *isa, uint32_t width, probe_fn probe)
     probe_answer got[16];
     int shape;
     for (uint64_t done = 0; done < pairs; done += width) {
-        for (uint32_t i = 0; i < width; i++)
+        const sizes size = make_sizes(&g);
+        for (uint32_t i = 0; i < width; i++) {
             do
                 shape = make_triangle(&g, &tris[i]);
-            while (!make_ray(&g, shape, &tris[i], &rays[i]));
+            while (!make_ray(&g, shape, &tris[i], size, &rays[i]));
+            resize(&tris[i], size.world);
+        }
         probe(width, rays, tris, got);
         compare(rays, tris, got, width, &sum, isa);
     }
@@ -158,6 +190,7 @@ static void exact(const char *isa, uint32_t width, probe_pairs *probe, probe_pai
     probe_answer got[16];
     for (uint64_t done = 0; done < pairs; done += width) {
         const bool one = done / width % 2 == 0;
+        const sizes size = make_sizes(&g);
         uint32_t tries = 0, i = 0;
         int shape = make_triangle(&g, &tris[0]);
         while (i < width && tries++ < 1000u) { /* a triangle off the bounds is met by none */
@@ -165,11 +198,13 @@ static void exact(const char *isa, uint32_t width, probe_pairs *probe, probe_pai
                 tris[i] = tris[0];
             else if (i > 0 || tries > 100u)
                 shape = make_triangle(&g, &tris[i]);
-            if (make_ray(&g, shape, &tris[i], &rays[i]) && rays[i].tshift == 0.0f)
+            if (make_ray(&g, shape, &tris[i], size, &rays[i]) && rays[i].tshift == 0.0f)
                 i++;
         }
         if (i < width)
             continue;
+        for (i = 0; i < width; i++)
+            resize(&tris[i], size.world);
         doubted += probe(rays, tris, got);
         compare(rays, tris, got, width, &sum, isa);
         if (settle(rays, tris, got) != 0)
