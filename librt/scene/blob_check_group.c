@@ -124,6 +124,7 @@ static const char *check_attributes(const group_view *g, const rtk_geom *geom)
 static const char *check_records(const group_view *g)
 {
     const uint32_t count[] = {g->head->tri_count, g->head->shape_count, g->head->plane_count};
+    uint64_t next[] = {0, 0, 0};
     for (uint32_t i = 0; i < g->records->geom_count; i++) {
         const rtk_geom *geom = &g->geoms[i];
         const char *what;
@@ -132,6 +133,9 @@ static const char *check_records(const group_view *g)
             return "a geometry is of no known type";
         if (geom->prim_count > 0 && (uint64_t)geom->first + geom->prim_count > count[geom->type])
             return "a geometry has more primitives than there are";
+        if (geom->prim_count > 0 && geom->first != next[geom->type]) /* tracers tell a triangle's mesh by its place */
+            return "geometries do not stand side by side";
+        next[geom->type] += geom->prim_count;
         if (geom->material >= g->materials || geom->material_base >= g->materials)
             return "a geometry names a material that is not there";
         if (!rti_blob_finite(geom->uv_xfm, 6, 3.0e38f) || !rti_blob_finite(geom->t_dir, 3, 2.0f))

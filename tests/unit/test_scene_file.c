@@ -334,6 +334,41 @@ static void test_corruption(void **state)
     rt_context_destroy(ctx);
 }
 
+/* Two meshes of which the first claims a triangle of the second: each triangle is still of its mesh, and no number is out of
+ * range. */
+static void test_overlap(void **state)
+{
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *scene = kit_scene(ctx);
+    rti_snapshot *s = NULL;
+    uint8_t *data;
+    size_t size, found = 0;
+    (void)state;
+    kit_square(scene, 1, 0);
+    kit_square(scene, 1, 1);
+    kit_commit(scene);
+    assert_int_equal(rt_scene_save(scene, path), RT_OK);
+    data = slurp(path, &size);
+    kit_ok(ctx, rti_blob_decode(ctx, "x", data, size, false, &s));
+    rti_snapshot_release(s);
+    for (size_t i = 0; i + 2 * sizeof(rtk_geom) <= size; i += 8) {
+        rtk_geom geom[2];
+        memcpy(geom, data + i, sizeof geom);
+        if (geom[0].type == RTK_GEOM_MESH && geom[0].prim_count == 2 && geom[0].first == 0 && geom[0].mask == RT_MASK_ALL &&
+            geom[1].type == RTK_GEOM_MESH && geom[1].prim_count == 2 && geom[1].first == 2 && geom[1].mask == RT_MASK_ALL) {
+            geom[0].prim_count = 3;
+            memcpy(data + i, geom, sizeof geom);
+            found++;
+        }
+    }
+    assert_int_equal(found, 1);
+    assert_int_equal(rti_blob_decode(ctx, "x", data, size, false, &s), RT_ERROR_FORMAT);
+    kit_says(ctx, "side by side");
+    free(data);
+    rt_scene_destroy(scene);
+    rt_context_destroy(ctx);
+}
+
 /* Each allocation of a load made to fail in turn. */
 static void test_no_memory(void **state)
 {
@@ -445,8 +480,8 @@ static void test_texture_sizes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round),    cmocka_unit_test(test_same_file),    cmocka_unit_test(test_loaded_is_closed),
-        cmocka_unit_test(test_refusals), cmocka_unit_test(test_corruption),   cmocka_unit_test(test_no_memory),
-        cmocka_unit_test(test_hollow),   cmocka_unit_test(test_texture_sizes)};
+        cmocka_unit_test(test_round),     cmocka_unit_test(test_same_file),  cmocka_unit_test(test_loaded_is_closed),
+        cmocka_unit_test(test_refusals),  cmocka_unit_test(test_corruption), cmocka_unit_test(test_overlap),
+        cmocka_unit_test(test_no_memory), cmocka_unit_test(test_hollow),     cmocka_unit_test(test_texture_sizes)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }
