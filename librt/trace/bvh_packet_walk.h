@@ -243,7 +243,7 @@ RTI_VEC void packet_blocks(packet *p, rtk_u32 mode, const rtk_part *part, uint64
 
 #ifdef RTI_PACK
 /* The triangle at a place is hit by a lane's ray. */
-RTI_VEC void packet_maybe(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 l, rtk_u32 place, float t, float u, float v)
+RTI_VEC void packet_hit(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 l, rtk_u32 place, float t, float u, float v)
 {
     if (mode & RTK_MODE_ANY) {
         p->done |= (uint64_t)1u << l;
@@ -332,7 +332,7 @@ RTI_VEC void packet_fours(packet *p, rtk_u32 mode, const rtk_part *part, uint64_
                 const rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
                 if ((mode & RTK_MODE_ANY) && (p->done >> lane[i / 4u] & 1u))
                     continue;
-                packet_maybe(p, mode, part, lane[i / 4u], at + i % 4u, t[i], u[i], v[i]);
+                packet_hit(p, mode, part, lane[i / 4u], at + i % 4u, t[i], u[i], v[i]);
             }
             for (; ask != 0u; ask &= ask - 1u) {
                 const rtk_u32 i = (rtk_u32)__builtin_ctz(ask);
@@ -412,7 +412,7 @@ RTI_VEC void packet_expect(const rtk_tree *tree, const rtk_bvhnode *n, rtk_u32 s
 
 /* The rays [p->rays] through a part's tree; returns those that it has not finished: the packet came apart. A node is opened when
  * the packet's bounds meet it, which is one test for all rays, and then one of the rays, asked from the first that met its
- * parent. */
+ * parent; of a pencil the bounds are as good as its rays. */
 RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
 {
     struct {
