@@ -71,7 +71,8 @@ enum { RTK_GEOM_MESH = 0, RTK_GEOM_SHAPES, RTK_GEOM_PLANE };
 #define RTK_GEOM_ALPHA 1u          /* some face has an alpha map: the leaf test asks it */
 #define RTK_GEOM_FACE_MATERIALS 2u /* off_materials is there */
 
-/* One geometry. first: index of its first triangle, shape or plane. off_*: byte offsets in the group's ATTRIBUTE chunk,
+/* One geometry. first: index of its first triangle, shape or plane; those of geometries of a type stand side by side, in the
+ * geometries' order. off_*: byte offsets in the group's ATTRIBUTE chunk,
  * 0 = absent: indices u32[3 prim_count], normals float[3 vertex], uvs float[2 vertex], colors float[3 vertex] (linear),
  * materials u32[prim_count], faces u32[prim_count] (triangle -> polygon of the description). */
 typedef struct rtk_geom {

@@ -93,7 +93,7 @@ RTI_LANES_FN static void weigh(const rti_worker *w, uint32_t at, rays *s)
     }
 }
 
-/* Into a block of the queue as they are. */
+/* All sixteen, into a block of the queue as they are. */
 static void queue_block(rti_worker *w, uint32_t at, const rays *s)
 {
     rti_shadows *q = &w->shadows;
@@ -145,6 +145,21 @@ static void queue_some(rti_worker *w, uint32_t at, uint32_t lanes, const rays *s
 }
 #endif
 
+/* Together, where there is a way; the queue has room. */
+static bool queue_lanes(rti_worker *w, uint32_t at, uint32_t lanes, const rays *s)
+{
+    if (lanes == 0xffffu && w->shadows.count % RTK_BLOCK == 0) {
+        queue_block(w, at, s);
+        return true;
+    }
+#ifdef RTI_PACK
+    queue_some(w, at, lanes, s);
+    return true;
+#else
+    return false;
+#endif
+}
+
 static void queue(rti_worker *w, uint32_t light, uint32_t at, uint32_t n, const rays *s)
 {
     rti_shadows *q = &w->shadows;
@@ -156,19 +171,11 @@ static void queue(rti_worker *w, uint32_t light, uint32_t at, uint32_t n, const 
         rti_add_lanes(w, w->lit_home + at, lanes, &s->c);
         return;
     }
-    if (lanes == 0xffffu && q->count % RTK_BLOCK == 0 && q->capacity - q->count > RTK_BLOCK && !w->frame->moving) {
-        queue_block(w, at, s);
-        q->light = q->light == RTK_INVALID || q->light == light ? light : RTI_LIGHT_MIXED;
-        return;
-    }
-#ifdef RTI_PACK
-    if (q->capacity - q->count > RTK_BLOCK && !w->frame->moving) {
-        queue_some(w, at, lanes, s);
+    if (q->capacity - q->count > RTK_BLOCK && !w->frame->moving && queue_lanes(w, at, lanes, s)) {
         if (lanes != 0)
             q->light = q->light == RTK_INVALID || q->light == light ? light : RTI_LIGHT_MIXED;
         return;
     }
-#endif
     for (uint32_t k = 0; k < n; k++)
         if (lanes >> k & 1u)
             rti_shadow(w, light, rtk_v3(s->ox[k], s->oy[k], s->oz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]), s->tmax[k],

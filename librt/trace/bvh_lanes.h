@@ -194,9 +194,9 @@ RTI_VEC int bvh_blocks(rtk_query *q, rtk_u32 mode, const rtk_pray *r, const rti_
                     continue;
                 last = tree->refs[4u * k + i];
                 if ((hit.certain >> i & 1u) && outer == 0.0f) {
-                    rti_f4_store(off, hit.off);
                     if ((mode & RTK_MODE_ANY) && late->plain)
                         return 1;
+                    rti_f4_store(off, hit.off);
                     if (mode == 0u && t[i] - off[i] > q->best.t)
                         continue;
                 }

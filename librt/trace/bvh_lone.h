@@ -13,10 +13,10 @@
 #define LONE_END   0xffffffffu /* count of the entry at the stack's foot */
 #define LONE_STACK (RTK_BVH_STACK + RTK_BVH_WIDTH + 1u)
 
-/* A ray on its way. A hit for certain of which the leaf test's first half doubts where it is (rti_tri_settle) is put aside: the
- * packet's t is then a bound of it, late its place, low the other bound. It is decided with others of its kind at the end
- * (lone_decide), or alone when what comes next lies between its bounds. Whose the best hit is, is not asked before the end either:
- * references and triangles are seldom in the nearer caches, and then all rays' are waited for at once. */
+/* A ray on its way. A hit for certain of which the leaf test's first half doubts where it is (`certain`, or rti_tri_settle) is put
+ * aside: the packet's t is then a bound of it, late its place, low the other bound. It is decided with others of its kind at the
+ * end (lone_decide), or alone when what comes next lies between its bounds. Whose the best hit is, is not asked before the end
+ * either: references and triangles are seldom in the nearer caches, and then all rays' are waited for at once. */
 typedef struct lone {
     float inv[3], start[3], t0, reach; /* start: org * inv */
     rtk_u32 near[3], lane;             /* near: rows of box with the planes that it enters by */

@@ -7,7 +7,6 @@
 #ifndef RTI_TRI_EXACT_H
 #define RTI_TRI_EXACT_H
 
-
 typedef struct wide_ff {
     vec hi, lo;
 } wide_ff;
@@ -25,17 +24,18 @@ typedef struct wide_way {
 
 static const wide_way wide_split __attribute__((unused)) = {.fused = 0};
 
-/* A factor, before it is used. */
-RTI_VEC void wide_note(wide_way *way, vec a)
+/* Factors: of every product each is noted, in any order. */
+RTI_VEC void wide_note(wide_way *way, const vec *factors, rtk_u32 n)
 {
 #ifdef RTI_PACK
-    if (way->fused) {
-        way->least = rti_i16_least(way->least, a);
-        way->most = rti_i16_most(way->most, a);
+    for (rtk_u32 i = 0u; i < n && way->fused; i++) {
+        way->least = rti_i16_least(way->least, factors[i]);
+        way->most = rti_i16_most(way->most, factors[i]);
     }
 #else
     (void)way;
-    (void)a;
+    (void)factors;
+    (void)n;
 #endif
 }
 
@@ -92,7 +92,7 @@ RTI_VEC wide_ff wide_scale(const wide_way *way, wide_ff a, vec b)
 RTI_VEC vec wide_quotient(wide_way *way, wide_ff a, wide_ff b)
 {
     const vec q = a.hi / b.hi;
-    wide_note(way, q);
+    wide_note(way, &q, 1u);
     const wide_ff r = wide_add(a, wide_scale(way, b, -q));
     return q + r.hi / b.hi;
 }
@@ -104,11 +104,12 @@ RTI_VEC wide_ff wide_diff_products(const wide_way *way, vec a, vec b, vec c, vec
     return wide_two_sum(h.hi, h.lo + (s.lo + e.lo));
 }
 
+/* rtk_normaliser, of what is not negative. */
 RTI_VEC vec wide_normaliser(vec most)
 {
     vec_whole e, cap;
     memcpy(&e, &most, sizeof e);
-    e >>= 23; /* the sign is none */
+    e >>= 23;
     cap = e > 251;
     e = (252 - ((e & ~cap) | (251 & cap))) << 23;
     memcpy(&most, &e, sizeof most);
@@ -128,16 +129,12 @@ RTI_VEC vec wide_plane_depth(wide_way *way, const tri_ray *r, vec dx, vec dy, co
     const wide_ff ex = wide_two_diff(v1[0], v0[0]), ey = wide_two_diff(v1[1], v0[1]), ez = wide_two_diff(v1[2], v0[2]);
     const wide_ff fx = wide_two_diff(v2[0], v0[0]), fy = wide_two_diff(v2[1], v0[1]), fz = wide_two_diff(v2[2], v0[2]);
     const wide_ff nx = wide_cross(way, ey, fz, ez, fy), ny = wide_cross(way, ez, fx, ex, fz), nz = wide_cross(way, ex, fy, ey, fx);
-    const vec factors[] = {ex.hi, ey.hi, ez.hi, fx.hi, fy.hi, fz.hi, nx.hi, ny.hi, nz.hi, dx, dy, r->kdz};
     const wide_ff ox = wide_two_diff(v0[0], r->ox), oy = wide_two_diff(v0[1], r->oy), oz = wide_two_diff(v0[2], r->oz);
-    for (rtk_u32 i = 0u; i < sizeof factors / sizeof *factors; i++)
-        wide_note(way, factors[i]);
-    wide_note(way, ox.hi);
-    wide_note(way, oy.hi);
-    wide_note(way, oz.hi);
     const wide_ff num = wide_add(wide_add(wide_mul(way, nx, ox), wide_mul(way, ny, oy)), wide_mul(way, nz, oz));
     const wide_ff den = wide_add(wide_add(wide_scale(way, nx, dx), wide_scale(way, ny, dy)), wide_scale(way, nz, r->kdz));
-    wide_note(way, den.hi);
+    const vec factors[] = {ex.hi, ey.hi, ez.hi, fx.hi, fy.hi, fz.hi, nx.hi,  ny.hi,
+                           nz.hi, ox.hi, oy.hi, oz.hi, dx,    dy,    r->kdz, den.hi};
+    wide_note(way, factors, 16u);
     return wide_quotient(way, num, den) * r->kdz;
 }
 
@@ -163,23 +160,13 @@ RTI_VEC int tri_exact_way(wide_way way, const tri_ray *r, const vec *dx, const v
     ay = ay * ky;
     by = by * ky;
     cy = cy * ky;
-    wide_note(&way, ax);
-    wide_note(&way, ay);
-    wide_note(&way, bx);
-    wide_note(&way, by);
-    wide_note(&way, cx);
-    wide_note(&way, cy);
     u = wide_diff_products(&way, cx, by, cy, bx);
     v = wide_diff_products(&way, ax, cy, ay, cx);
     w = wide_diff_products(&way, bx, ay, by, ax);
     det = wide_add(wide_add(u, v), w);
     const wide_ff bd = wide_two_diff(bz, az), cd = wide_two_diff(cz, az);
-    wide_note(&way, v.hi);
-    wide_note(&way, w.hi);
-    wide_note(&way, det.hi);
-    wide_note(&way, az);
-    wide_note(&way, bd.hi);
-    wide_note(&way, cd.hi);
+    const vec factors[] = {ax, ay, bx, by, cx, cy, v.hi, w.hi, det.hi, az, bd.hi, cd.hi};
+    wide_note(&way, factors, 12u);
     depth = wide_add(wide_mul(&way, v, bd), wide_mul(&way, w, cd));
     depth = wide_add(wide_scale(&way, det, az), depth);
     z = wide_quotient(&way, depth, det);

@@ -70,7 +70,8 @@ RTI_VEC int rti_tri_settle(const rti_tri_pair *r, const float v0[3], const float
     if (!(size > SETTLE_DET * ((double)mx * my)) || !(size < SETTLE_DET_MOST))
         return 0;
     t = ((double)az + (v * ((double)bz - az) + w * ((double)cz - az)) / det) / r->kdz;
-    off = ((double)SETTLE_OFF * r->scale / rtk_fabs(r->kdz) + SETTLE_OFF_LEAST) + SETTLE_OFF_T * ((t < 0.0 ? -t : t) + rtk_fabs(r->tshift));
+    off = (double)SETTLE_OFF * r->scale / rtk_fabs(r->kdz) + SETTLE_OFF_LEAST;
+    off += SETTLE_OFF_T * ((t < 0.0 ? -t : t) + rtk_fabs(r->tshift));
     t += r->tshift;
     if (t + off < r->tmin || t - off > r->tmax)
         return -1;
