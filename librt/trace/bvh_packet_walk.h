@@ -73,13 +73,13 @@ RTI_VEC void packet_know(packet *p, const rtk_part *part)
         rtk_u32 some[RTI_SIMD], others;
         vec left;
         memcpy(&late, p->late + at, sizeof late);
-        for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
-            const rtk_u32 place = rtk_bits(p->late[at + i]);
-            some[i] = refs[place != RTK_INVALID ? place : 0u];
-        }
+        here = (vec_bits)(late != RTK_INVALID);
+        late &= here;
+        memcpy(some, &late, sizeof some);
+        for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
+            some[i] = refs[some[i]];
         memcpy(&of, some, sizeof of);
         of -= p->mesh.first;
-        here = (vec_bits)(late != RTK_INVALID);
         memcpy(&prim, p->prim + at, sizeof prim);
         memcpy(&geom, p->geom + at, sizeof geom);
         const vec_bits known = here & (vec_bits)(of < p->mesh.count);
@@ -394,20 +394,53 @@ RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rt
     }
 }
 
-/* Asks for what a slot holds, a node or a leaf's first block: it will be looked at after what is nearer. */
+/* Asks for what a slot holds, a node or a leaf's first block, or of a leaf without blocks whatever stands there: it will be looked at
+ * after what is nearer. */
 RTI_VEC void packet_expect(const rtk_tree *tree, const rtk_bvhnode *n, rtk_u32 slot)
 {
     const rtk_u32 child = n->child[slot];
-    const char *at;
-    if (n->count[slot] == 0u)
-        at = (const char *)&tree->bvh[child];
-    else if (child < 4u * tree->block_count)
-        at = (const char *)&tree->blocks[child / 4u];
-    else
-        return;
+    const uintptr_t node = (uintptr_t)tree->bvh + child * sizeof *tree->bvh;
+    const uintptr_t block = (uintptr_t)tree->blocks + child / 4u * sizeof *tree->blocks;
+    const char *at = (const char *)(n->count[slot] == 0u ? node : block);
     __builtin_prefetch(at);
     __builtin_prefetch(at + 64);
     __builtin_prefetch(at + 128);
+}
+
+/* Slots that wait: where the packet's bounds meet them, their nodes, and lanes before which all rays miss them. */
+#define PACKET_STACK (RTK_BVH_STACK + RTK_BVH_WIDTH)
+typedef struct packet_stack {
+    float t[PACKET_STACK];
+    rtk_u32 slot[PACKET_STACK], node[PACKET_STACK], lane[PACKET_STACK], top;
+} packet_stack;
+
+/* The slots of a node in bits, the nearest on top, of equal ones (a packet within them all) the last, which is the smallest: of
+ * sponza's shadow rays that spares a third of the steps. Without a branch where vectors are packed: none could be foreseen. */
+RTI_VEC void packet_push(packet_stack *s, rtk_u32 node, rtk_u32 bits, const float t[RTK_BVH_WIDTH], rtk_u32 lane)
+{
+#ifdef RTI_PACK
+    const rtk_u32 top = s->top;
+    rti_f8_sorted(s->t + top, s->slot + top, bits, rti_f8_load(t));
+    rti_f8_store((float *)(void *)(s->node + top), rti_f8_set(rtk_float(node)));
+    rti_f8_store((float *)(void *)(s->lane + top), rti_f8_set(rtk_float(lane)));
+    s->top = top + (rtk_u32)__builtin_popcount(bits);
+#else
+    const rtk_u32 first = s->top;
+    for (; bits != 0u; bits &= bits - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
+        rtk_u32 to = s->top++;
+        for (; to > first && s->t[to - 1u] < t[i]; to--) {
+            s->t[to] = s->t[to - 1u];
+            s->slot[to] = s->slot[to - 1u];
+        }
+        s->t[to] = t[i];
+        s->slot[to] = i;
+    }
+    for (rtk_u32 i = first; i < s->top; i++) {
+        s->node[i] = node;
+        s->lane[i] = lane;
+    }
+#endif
 }
 
 /* The rays [p->rays] through a part's tree; returns those that it has not finished: the packet came apart. A node is opened when
@@ -415,36 +448,27 @@ RTI_VEC void packet_expect(const rtk_tree *tree, const rtk_bvhnode *n, rtk_u32 s
  * parent; of a pencil the bounds are as good as its rays. */
 RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
 {
-    struct {
-        float t;
-        rtk_u32 node, slot, lane; /* lane: rays before it miss the node */
-    } stack[RTK_BVH_STACK];
+    packet_stack stack;
     const rtk_bvhnode *nodes = part->RTK_TREE.bvh;
-    rtk_u32 top = 0u, at = 0u, lane = 0u, budget = PACKET_NODES * (rtk_u32)__builtin_popcountll(p->rays) + 8u;
+    rtk_u32 at = 0u, lane = 0u, budget = PACKET_NODES * (rtk_u32)__builtin_popcountll(p->rays) + 8u;
+    stack.top = 0u;
     for (;;) {
         float t[RTK_BVH_WIDTH];
-        rtk_u32 first = top;
         if (budget-- == 0u)
             return p->rays;
-        for (rtk_u32 bits = packet_open(p, &nodes[at], t); bits != 0u; bits &= bits - 1u) {
-            rtk_u32 i = (rtk_u32)__builtin_ctz(bits), to = top++;
-            for (; to > first && stack[to - 1u].t < t[i]; to--)
-                stack[to] = stack[to - 1u];
-            stack[to].t = t[i];
-            stack[to].node = at;
-            stack[to].slot = i;
-            stack[to].lane = lane;
-            packet_expect(&part->RTK_TREE, &nodes[at], i);
-        }
+        const rtk_u32 bits = packet_open(p, &nodes[at], t);
+        packet_push(&stack, at, bits, t, lane);
+        for (rtk_u32 l = bits; l != 0u; l &= l - 1u)
+            packet_expect(&part->RTK_TREE, &nodes[at], (rtk_u32)__builtin_ctz(l));
         for (;;) {
-            if (top == 0u)
+            if (stack.top == 0u)
                 return 0u;
-            top--;
-            if (stack[top].t > p->reach)
+            const rtk_u32 top = --stack.top;
+            if (stack.t[top] > p->reach)
                 continue;
-            const rtk_bvhnode *n = &nodes[stack[top].node];
-            rtk_u32 slot = stack[top].slot;
-            lane = stack[top].lane;
+            const rtk_bvhnode *n = &nodes[stack.node[top]];
+            const rtk_u32 slot = stack.slot[top];
+            lane = stack.lane[top];
             if (!(mode & RTK_MODE_ANY) && p->pencil && n->count[slot] == 0u) {
                 at = n->child[slot];
                 break;

@@ -124,3 +124,24 @@ RTI_VEC uint32_t rti_f8_least(uint32_t bits, rti_f8 a)
     k = _mm_min_epu32(k, _mm_shuffle_epi32(k, 0xb1));
     return (uint32_t)_mm_cvtsi128_si32(k) & 7u;
 }
+/* Keys of the distances' bits and the lanes through Batcher's network: six layers. */
+RTI_VEC void rti_f8_sorted(float *t, uint32_t *lane, uint32_t bits, rti_f8 a)
+{
+    const __m256i number = _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0);
+    __m256i key = _mm256_castps_si256(_mm256_max_ps(a, _mm256_setzero_ps())), other;
+    key = _mm256_or_si256(_mm256_and_si256(key, _mm256_set1_epi32(~7)), number);
+    key = _mm256_mask_blend_epi32((__mmask8)bits, _mm256_or_si256(number, _mm256_set1_epi32((int)0x80000000u)), key);
+#define LAYER(partner, less)                                                                                                     \
+    other = partner;                                                                                                             \
+    key = _mm256_mask_min_epi32(_mm256_max_epi32(key, other), (__mmask8)(less), key, other)
+    LAYER(_mm256_shuffle_epi32(key, 0xb1), 0xaa);
+    LAYER(_mm256_shuffle_epi32(key, 0x4e), 0xcc);
+    LAYER(_mm256_permutexvar_epi32(_mm256_setr_epi32(0, 2, 1, 3, 4, 6, 5, 7), key), 0x44);
+    LAYER(_mm256_permute4x64_epi64(key, 0x4e), 0xf0);
+    LAYER(_mm256_permutexvar_epi32(_mm256_setr_epi32(0, 1, 4, 5, 2, 3, 6, 7), key), 0x30);
+    LAYER(_mm256_permutexvar_epi32(_mm256_setr_epi32(0, 2, 1, 4, 3, 6, 5, 7), key), 0x54);
+#undef LAYER
+    key = _mm256_andnot_si256(key, _mm256_set1_epi32(7));
+    _mm256_storeu_ps(t, _mm256_permutexvar_ps(key, a));
+    _mm256_storeu_si256((__m256i *)(void *)lane, key);
+}
