@@ -22,8 +22,9 @@
  *   rti_i16_fours(bits, from) the from-th of the lanes in bits four times, then the next, to the third after it; for
  *   rti_f16_take(a, lanes)    those lanes of a
  *   rti_f8_sorted(t, lane, bits, a)
- *                             the chosen lanes of a and their numbers, the greatest first, as good as 21 bits of mantissa tell, of
- *                             equal ones, as which negative ones count, the first; all eight places behind t and lane are written
+ *                             the chosen lanes of a and their numbers, the greatest first, as good as 21 bits of mantissa tell; of
+ *                             equal ones, as which negative ones and NaN count, the first; all eight places behind t and lane are
+ *                             written
  *   rti_f8_least(bits, a)     the lane that holds the least of the chosen, as good as 21 bits of mantissa tell, of equal ones the
  *                             first; bits is not 0. Of negative ones, any
  */

@@ -394,17 +394,17 @@ RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rt
     }
 }
 
-/* Asks for what a slot holds, a node or a leaf's first block, or of a leaf without blocks whatever stands there: it will be looked at
- * after what is nearer. */
+/* Asks for what a slot holds, a node or a leaf's first block, or of a leaf without blocks whatever stands there: it will be looked
+ * at after what is nearer. */
 RTI_VEC void packet_expect(const rtk_tree *tree, const rtk_bvhnode *n, rtk_u32 slot)
 {
     const rtk_u32 child = n->child[slot];
     const uintptr_t node = (uintptr_t)tree->bvh + child * sizeof *tree->bvh;
     const uintptr_t block = (uintptr_t)tree->blocks + child / 4u * sizeof *tree->blocks;
-    const char *at = (const char *)(n->count[slot] == 0u ? node : block);
-    __builtin_prefetch(at);
-    __builtin_prefetch(at + 64);
-    __builtin_prefetch(at + 128);
+    const uintptr_t at = n->count[slot] == 0u ? node : block; /* a number: it may be in no object */
+    __builtin_prefetch((const void *)at);
+    __builtin_prefetch((const void *)(at + 64u));
+    __builtin_prefetch((const void *)(at + 128u));
 }
 
 /* Slots that wait: where the packet's bounds meet them, their nodes, and lanes before which all rays miss them. */
