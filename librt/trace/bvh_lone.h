@@ -20,9 +20,7 @@
 typedef struct lone {
     float inv[3], start[3], t0, reach; /* start: org * inv */
     rtk_u32 near[3], lane;             /* near: rows of box with the planes that it enters by */
-    rtk_u32 at, count, top, late;      /* node, or leaf as in rtk_bvhnode; entries of the stack; place in refs of the best hit, or
-                                          RTK_INVALID: the packet has all of it */
-    float low;                         /* the packet's t, but of a hit that was put aside */
+    rtk_u32 at, count, top;            /* node, or leaf as in rtk_bvhnode; entries of the stack */
     float stack_t[LONE_STACK];
     rtk_u32 stack_child[LONE_STACK], stack_count[LONE_STACK];
 } lone;
@@ -33,8 +31,6 @@ typedef struct lone_all {
     const rtk_part *part;
     rtk_tree tree;
     float sx[PACKET], sy[PACKET];
-    rtk_u32 left, left_lane[PACKET], left_place[PACKET]; /* hits that wait for the end, a ray at most one */
-    rtk_u32 asides, aside[PACKET];                       /* those of them that were put aside */
 } lone_all;
 
 /* May a part's rays go this way? */
@@ -51,46 +47,39 @@ static void lone_exact(packet *p, const rtk_part *part, rtk_u32 lane, rtk_u32 re
     packet_ask(p, 0u, part, lane, ref);
 }
 
-/* The packet has the best hit so far, all of it. */
-RTI_VEC void lone_settle(const lone_all *a, lone *w)
+/* The packet has a lane's best hit so far, all of it. */
+RTI_VEC void lone_settle(const lone_all *a, rtk_u32 l)
 {
-    if (w->late == RTK_INVALID)
+    packet *p = a->p;
+    const rtk_u32 late = rtk_bits(p->late[l]);
+    if (late == RTK_INVALID)
         return;
-    if (w->low < a->p->t[w->lane])
-        lone_exact(a->p, a->part, w->lane, a->tree.refs[w->late]);
+    if (p->low[l] < p->t[l])
+        lone_exact(p, a->part, l, a->tree.refs[late]);
     else
-        packet_is(a->p, w->lane, a->tree.refs[w->late]);
-    w->late = RTK_INVALID;
-    w->low = a->p->t[w->lane];
-}
-
-/* A ray's end. */
-RTI_VEC void lone_leave(lone_all *a, const lone *w)
-{
-    if (w->late == RTK_INVALID)
-        return;
-    if (w->low < a->p->t[w->lane])
-        a->aside[a->asides++] = a->left;
-    a->left_lane[a->left] = w->lane;
-    a->left_place[a->left++] = w->late;
+        packet_is(p, l, a->tree.refs[late]);
+    p->late[l] = rtk_float(RTK_INVALID);
+    p->low[l] = p->t[l];
 }
 
 /* A reference by the leaf test itself: 1, nothing more is asked. */
-RTI_VEC int lone_ask(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 ref)
+RTI_VEC int lone_ask(const lone_all *a, rtk_u32 l, rtk_u32 mode, rtk_u32 ref)
 {
-    lone_settle(a, w);
-    packet_ask(a->p, mode, a->part, w->lane, ref);
-    w->low = a->p->t[w->lane];
-    return (mode & RTK_MODE_ANY) && (a->p->done >> w->lane & 1u);
+    packet *p = a->p;
+    if (!(mode & RTK_MODE_ANY))
+        lone_settle(a, l);
+    packet_ask(p, mode, a->part, l, ref);
+    p->low[l] = p->t[l];
+    return (mode & RTK_MODE_ANY) && (p->done >> l & 1u);
 }
 
 /* The triangle at a place, which the leaf test's first half doubts. certain: it is a hit, no farther than `off` from t. */
-RTI_VEC int lone_doubt(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 place, rtk_u32 certain, float t, float off)
+RTI_VEC int lone_doubt(const lone_all *a, rtk_u32 l, rtk_u32 mode, rtk_u32 place, rtk_u32 certain, float t, float off)
 {
     packet *p = a->p;
     const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
     const rtk_u32 j = place % 4u;
-    const rtk_u32 l = w->lane, kz = p->axis[l] & 3u, kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
+    const rtk_u32 kz = p->axis[l] & 3u, kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
     const rti_tri_pair pair = {p->org[kx][l], p->org[ky][l], p->org[kz][l],  a->sx[l],   a->sy[l],
                                p->dir[kz][l], 0.0f,          a->part->scale, p->tmin[l], p->t[l]};
     const float c0[3] = {b->v0[kx][j], b->v0[ky][j], b->v0[kz][j]}, c1[3] = {b->v1[kx][j], b->v1[ky][j], b->v1[kz][j]};
@@ -103,33 +92,33 @@ RTI_VEC int lone_doubt(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 place, 
         p->done |= (uint64_t)1u << l;
         return 1;
     }
-    if (sure == 0 || within[1] >= w->low || !(within[0] < within[1]))
-        return lone_ask(a, w, mode, a->tree.refs[place]);
-    w->low = within[0];
+    if (sure == 0 || within[1] >= p->low[l] || !(within[0] < within[1]))
+        return lone_ask(a, l, mode, a->tree.refs[place]);
+    p->low[l] = within[0];
     p->t[l] = within[1];
-    w->late = place;
+    p->late[l] = rtk_float(place);
     __builtin_prefetch(&a->tree.refs[place]);
     return 0;
 }
 
 /* A hit for certain of the triangle at a place: 1, it will do. */
-RTI_VEC int lone_take(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 place, float t, float u, float v)
+RTI_VEC int lone_take(const lone_all *a, rtk_u32 l, rtk_u32 mode, rtk_u32 place, float t, float u, float v)
 {
     packet *p = a->p;
-    const rtk_u32 l = w->lane;
+    const rtk_u32 *refs = a->tree.refs, late = rtk_bits(p->late[l]);
+    const float low = p->low[l];
     if (mode & RTK_MODE_ANY) {
         p->done |= (uint64_t)1u << l;
         return 1;
     }
-    if (t < w->low ||
-        (t == w->low && t == p->t[l] && w->late != RTK_INVALID && a->tree.refs[place] < a->tree.refs[w->late])) {
-        p->t[l] = w->low = t;
+    if (t < low || (t == low && t == p->t[l] && late != RTK_INVALID && refs[place] < refs[late])) {
+        p->t[l] = p->low[l] = t;
         p->u[l] = u;
         p->v[l] = v;
-        w->late = place;
-        __builtin_prefetch(&a->tree.refs[place]);
-    } else if (t <= p->t[l] && (w->low < p->t[l] || w->late == RTK_INVALID)) {
-        lone_ask(a, w, mode, a->tree.refs[place]); /* between the bounds; or the best is another part's: the order of hits decides */
+        p->late[l] = rtk_float(place);
+        __builtin_prefetch(&refs[place]);
+    } else if (t <= p->t[l] && (low < p->t[l] || late == RTK_INVALID)) {
+        lone_ask(a, l, mode, refs[place]); /* between the bounds; or the best is another part's: the order of hits decides */
     }
     return 0;
 }
@@ -144,7 +133,7 @@ RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
     rti_tri_ray4 r;
     if (w->at >= 4u * tree->block_count) {
         for (rtk_u32 k = 0u; k < w->count; k++)
-            if (lone_ask(a, w, mode, tree->refs[w->at + k]))
+            if (lone_ask(a, l, mode, tree->refs[w->at + k]))
                 return 1;
         return 0;
     }
@@ -178,9 +167,9 @@ RTI_VEC int lone_leaf(const lone_all *a, lone *w, rtk_u32 mode)
                     continue;
                 last = tree->refs[place];
                 rti_f4_store(off, hit.off);
-                if (lone_doubt(a, w, mode, place, hit.certain >> i & 1u, t[i], off[i]))
+                if (lone_doubt(a, l, mode, place, hit.certain >> i & 1u, t[i], off[i]))
                     return 1;
-            } else if (lone_take(a, w, mode, place, t[i], u[i], v[i])) {
+            } else if (lone_take(a, l, mode, place, t[i], u[i], v[i])) {
                 return 1;
             }
         }
@@ -199,8 +188,6 @@ RTI_VEC void lone_start(const lone_all *a, lone *w, rtk_u32 mode, rtk_u32 lane)
     w->t0 = p->t0[lane];
     w->reach = mode & RTK_MODE_ANY ? p->t1[lane] : rtk_min(p->t1[lane], p->t[lane]);
     w->lane = lane;
-    w->late = RTK_INVALID;
-    w->low = p->t[lane];
     w->at = w->count = 0u;
     w->stack_t[0] = -RTK_INF;
     w->stack_child[0] = 0u;
@@ -346,16 +333,16 @@ RTI_VEC void lone_walk(const lone_all *a, lone *w, rtk_u32 mode)
     }
 }
 
-/* n of the hits that were put aside, no more than vectors hold. */
-static void lone_decide(const lone_all *a, const rtk_u32 *which, rtk_u32 n)
+/* Of n lanes, no more than vectors hold, the hits that were put aside. */
+static void lone_decide(const lone_all *a, const rtk_u32 *lane, rtk_u32 n)
 {
     packet *p = a->p;
-    float x[19][RTI_SIMD];
+    float x[19][RTI_SIMD] = {{0.0f}};
     vec r[19];
     tri_hit hit;
-    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
-        const rtk_u32 l = a->left_lane[which[rtk_umin(i, n - 1u)]], place = a->left_place[which[rtk_umin(i, n - 1u)]];
-        const rtk_u32 kz = p->axis[l] & 3u, kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u, j = place % 4u;
+    for (rtk_u32 i = 0u; i < n; i++) {
+        const rtk_u32 l = lane[i], place = rtk_bits(p->late[l]), j = place % 4u;
+        const rtk_u32 kz = p->axis[l] & 3u, kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
         const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
         const float of[19] = {p->org[kx][l], p->org[ky][l], p->org[kz][l], a->sx[l],     a->sy[l],     p->dir[kz][l], p->tmin[l],
                               p->tmax[l],    p->dir[kx][l], p->dir[ky][l], b->v0[kx][j], b->v0[ky][j], b->v0[kz][j],  b->v1[kx][j],
@@ -373,29 +360,33 @@ static void lone_decide(const lone_all *a, const rtk_u32 *which, rtk_u32 n)
     V(store)(x[1], hit.u);
     V(store)(x[2], hit.v);
     for (rtk_u32 i = 0u; i < n; i++) {
-        const rtk_u32 l = a->left_lane[which[i]];
+        const rtk_u32 l = lane[i];
         if (hit.hit >> i & 1u) {
             p->t[l] = x[0][i];
             p->u[l] = x[1][i];
             p->v[l] = x[2][i];
         } else { /* the ray starts or ends on an edge */
-            lone_exact(p, a->part, l, a->tree.refs[a->left_place[which[i]]]);
+            lone_exact(p, a->part, l, a->tree.refs[rtk_bits(p->late[l])]);
+            p->late[l] = rtk_float(RTK_INVALID);
         }
     }
 }
 
-/* What waited for the end. */
-RTI_VEC void lone_end(const lone_all *a)
+/* The best hits of a packet's lanes are in the packet, all of them. */
+RTI_VEC void lone_end(const lone_all *a, uint64_t rays)
 {
-    rtk_u32 ref[PACKET];
-    for (rtk_u32 i = 0u; i < a->left; i++) {
-        ref[i] = a->tree.refs[a->left_place[i]];
-        packet_is_next(a->p, ref[i]);
+    packet *p = a->p;
+    rtk_u32 lane[PACKET], n = 0u;
+    for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
+        rtk_u32 l = packet_bits(rays, at);
+        if (l != 0u)
+            l &= VM(bits)(V(lt)(V(load)(p->low + at), V(load)(p->t + at)));
+        for (; l != 0u; l &= l - 1u)
+            lane[n++] = at + (rtk_u32)__builtin_ctz(l);
     }
-    for (rtk_u32 at = 0u; at < a->asides; at += RTI_SIMD)
-        lone_decide(a, a->aside + at, rtk_umin(a->asides - at, RTI_SIMD));
-    for (rtk_u32 i = 0u; i < a->left; i++)
-        packet_is(a->p, a->left_lane[i], ref[i]);
+    for (rtk_u32 at = 0u; at < n; at += RTI_SIMD)
+        lone_decide(a, lane + at, rtk_umin(n - at, RTI_SIMD));
+    packet_know(p, a->part);
 }
 
 #endif

@@ -22,8 +22,6 @@ typedef struct mixed {
     vec axis;               /* the dominant one */
     bvh_vec lo[3], hi[3];   /* around all ways */
     rtk_u32 from;           /* lane 0 is this one of the packet's */
-    rtk_u32 late[RTI_SIMD]; /* as of a lone ray, and low */
-    float low[RTI_SIMD];
 } mixed;
 
 /* Whether it pays at all: a closest hit comes late when others choose the order, too late for eight rays at a time. */
@@ -97,32 +95,16 @@ RTI_VEC rtk_u32 mixed_enter(const mixed *m, const rtk_bvhnode *n, rtk_u32 slot, 
     return VM(bits)(V(le)(t0, t1));
 }
 
-/* A lane as a lone ray at a leaf, and back. */
-RTI_VEC void mixed_get(const mixed *m, rtk_u32 lane, lone *w)
-{
-    w->lane = m->from + lane;
-    w->late = m->late[lane];
-    w->low = m->low[lane];
-}
-
-RTI_VEC void mixed_put(mixed *m, rtk_u32 lane, const lone *w)
-{
-    m->late[lane] = w->late;
-    m->low[lane] = w->low;
-}
-
 /* Some rays, each for itself, on from a node or leaf. */
-RTI_VEC void mixed_lone(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, rtk_u32 count, rtk_u32 lanes)
+RTI_VEC void mixed_lone(const lone_all *a, const mixed *m, rtk_u32 mode, rtk_u32 at, rtk_u32 count, rtk_u32 lanes)
 {
     for (; lanes != 0u; lanes &= lanes - 1u) {
         const rtk_u32 i = (rtk_u32)__builtin_ctz(lanes);
         lone w;
         lone_start(a, &w, mode, m->from + i);
-        mixed_get(m, i, &w);
         w.at = at;
         w.count = count;
         lone_walk(a, &w, mode);
-        mixed_put(m, i, &w);
     }
 }
 
@@ -136,7 +118,7 @@ RTI_VEC void mixed_corner(const mixed *m, const float v[3][4], rtk_u32 j, vec ou
 }
 
 /* What the leaf test has found of the triangle at a place. */
-RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit *hit, const vec v0[3], const vec v1[3],
+RTI_VEC void mixed_take(const lone_all *a, const mixed *m, rtk_u32 mode, const tri_hit *hit, const vec v0[3], const vec v1[3],
                         const vec v2[3], rtk_u32 place)
 {
     packet *p = a->p;
@@ -150,12 +132,12 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
         }
         p->done |= (uint64_t)(hit->hit | sure | more) << m->from;
     } else {
-        vec best = V(load)(p->t + m->from), low = V(load)(m->low);
+        vec best = V(load)(p->t + m->from), low = V(load)(p->low + m->from);
         rtk_u32 take = hit->hit & VM(bits)(V(lt)(hit->t, low));
         ask = hit->hit & ~take & VM(bits)(V(le)(hit->t, best)); /* the order of hits decides, or one that was put aside */
         for (rtk_u32 l = ask; l != 0u; l &= l - 1u) { /* or the same triangle in another leaf */
-            const rtk_u32 i = (rtk_u32)__builtin_ctz(l);
-            if (m->late[i] != RTK_INVALID && a->tree.refs[m->late[i]] == a->tree.refs[place] && !(m->low[i] < best[i]))
+            const rtk_u32 i = (rtk_u32)__builtin_ctz(l), late = rtk_bits(p->late[m->from + i]);
+            if (late != RTK_INVALID && a->tree.refs[late] == a->tree.refs[place] && !(low[i] < best[i]))
                 ask &= ~(1u << i);
         }
         best = V(select)(VM(of)(take), hit->t, best);
@@ -172,21 +154,17 @@ RTI_VEC void mixed_take(const lone_all *a, mixed *m, rtk_u32 mode, const tri_hit
             doubt &= ~hit->certain;
         }
         V(store)(p->t + m->from, best);
-        V(store)(m->low, low);
-        for (rtk_u32 l = take; l != 0u; l &= l - 1u)
-            m->late[__builtin_ctz(l)] = place;
+        V(store)(p->low + m->from, low);
+        V(store)(p->late + m->from, V(select)(VM(of)(take), V(set)(rtk_float(place)), V(load)(p->late + m->from)));
         if (take)
             __builtin_prefetch(&a->tree.refs[place]);
     }
     for (rtk_u32 l = ask | doubt; l != 0u; l &= l - 1u) {
         const rtk_u32 i = (rtk_u32)__builtin_ctz(l);
-        lone w;
-        mixed_get(m, i, &w);
         if (ask >> i & 1u)
-            lone_ask(a, &w, mode, a->tree.refs[place]);
+            lone_ask(a, m->from + i, mode, a->tree.refs[place]);
         else
-            lone_doubt(a, &w, mode, place, 0u, 0.0f, 0.0f);
-        mixed_put(m, i, &w);
+            lone_doubt(a, m->from + i, mode, place, 0u, 0.0f, 0.0f);
     }
 }
 
@@ -201,7 +179,7 @@ RTI_VEC void mixed_rows(const lone_axes *axes, const float v[3][4], vec out[3])
 }
 
 /* The blocks of a leaf for `lanes`, four rays and four triangles at a time: lane 4 r + t is ray r and triangle t. */
-RTI_VEC void mixed_fours(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, rtk_u32 count, rtk_u32 lanes)
+RTI_VEC void mixed_fours(const lone_all *a, const mixed *m, rtk_u32 mode, rtk_u32 at, rtk_u32 count, rtk_u32 lanes)
 {
     const rtk_u32 end = (at + count + 3u) / 4u, n = (rtk_u32)__builtin_popcount(lanes);
     for (rtk_u32 from = 0u, left = lanes; from < n; from += 4u) {
@@ -231,11 +209,10 @@ RTI_VEC void mixed_fours(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, 
             V(store)(v, hit.v);
             for (; bits != 0u; bits &= bits - 1u) {
                 const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), place = 4u * k + i % 4u;
-                lone w;
+                const rtk_u32 l = m->from + lane[i / 4u];
                 int enough;
                 if (done >> i & 1u)
                     continue;
-                mixed_get(m, lane[i / 4u], &w);
                 if (hit.doubt >> i & 1u) {
                     float off[RTI_SIMD];
                     if (i / 4u == ray && a->tree.refs[place] == last) /* a block's last triangle fills it up */
@@ -243,11 +220,10 @@ RTI_VEC void mixed_fours(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, 
                     last = a->tree.refs[place];
                     ray = i / 4u;
                     V(store)(off, hit.off);
-                    enough = lone_doubt(a, &w, mode, place, hit.certain >> i & 1u, t[i], off[i]);
+                    enough = lone_doubt(a, l, mode, place, hit.certain >> i & 1u, t[i], off[i]);
                 } else {
-                    enough = lone_take(a, &w, mode, place, t[i], u[i], v[i]);
+                    enough = lone_take(a, l, mode, place, t[i], u[i], v[i]);
                 }
-                mixed_put(m, lane[i / 4u], &w);
                 if (enough)
                     done |= 15u << i / 4u * 4u;
             }
@@ -256,7 +232,7 @@ RTI_VEC void mixed_fours(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, 
 }
 #endif
 
-RTI_VEC void mixed_leaf(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, rtk_u32 count, rtk_u32 lanes)
+RTI_VEC void mixed_leaf(const lone_all *a, const mixed *m, rtk_u32 mode, rtk_u32 at, rtk_u32 count, rtk_u32 lanes)
 {
     const rtk_u32 some = (rtk_u32)__builtin_popcount(lanes);
 #ifdef RTI_PACK
@@ -267,14 +243,12 @@ RTI_VEC void mixed_leaf(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, r
 #endif
     if (some <= count || at >= 4u * a->tree.block_count) {
         for (; lanes != 0u; lanes &= lanes - 1u) {
-            const rtk_u32 i = (rtk_u32)__builtin_ctz(lanes);
             lone w;
-            mixed_get(m, i, &w);
+            w.lane = m->from + (rtk_u32)__builtin_ctz(lanes);
             w.at = at;
             w.count = count;
             if (lone_leaf(a, &w, mode))
                 a->p->done |= (uint64_t)1u << w.lane;
-            mixed_put(m, i, &w);
         }
         return;
     }
@@ -294,7 +268,7 @@ RTI_VEC void mixed_leaf(const lone_all *a, mixed *m, rtk_u32 mode, rtk_u32 at, r
 }
 
 /* The lanes at `from` to their end. */
-RTI_VEC void mixed_walk(lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 lanes)
+RTI_VEC void mixed_walk(const lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 lanes)
 {
     struct {
         rtk_u32 at, count, lanes;
@@ -303,9 +277,6 @@ RTI_VEC void mixed_walk(lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 lanes)
     mixed m;
     rtk_u32 top = 0u, at = 0u, count = 0u, here = lanes, steps = 0u;
     mixed_start(a, &m, from, lanes);
-    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
-        m.late[i] = RTK_INVALID;
-    V(store)(m.low, V(load)(a->p->t + from));
     m.t1 = mode & RTK_MODE_ANY ? m.t1 : V(min)(m.t1, V(load)(a->p->t + from));
     for (;;) {
         if (count != 0u || __builtin_popcount(here) <= MIXED_FEW) {
@@ -368,12 +339,6 @@ RTI_VEC void mixed_walk(lone_all *a, rtk_u32 mode, rtk_u32 from, rtk_u32 lanes)
     }
 end:
     a->p->steps += steps;
-    for (rtk_u32 i = 0u; i < RTI_SIMD && !(mode & RTK_MODE_ANY); i++)
-        if (m.late[i] != RTK_INVALID) {
-            lone w;
-            mixed_get(&m, i, &w);
-            lone_leave(a, &w);
-        }
 }
 
 #endif

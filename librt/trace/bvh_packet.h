@@ -39,6 +39,7 @@ typedef struct packet {
         rtk_u32 geom, first, count;
     } mesh; /* the one that was met last: its triangles are those from `first` on */
     _Alignas(64) float late[PACKET];
+    float low[PACKET]; /* of rays that are not coherent: t, but of a hit that was put aside (bvh_lone.h) */
     /* Of the rays that walk. */
     uint64_t rays;
     float near_org[3], far_org[3], inv_lo[3], inv_hi[3], from, reach;
@@ -361,6 +362,44 @@ RTI_VEC void packet_is(packet *p, rtk_u32 i, rtk_u32 ref)
     }
     p->prim[i] = rtk_float(ref - p->mesh.first);
     p->geom[i] = rtk_float(p->mesh.geom);
+}
+
+/* Whose the best hits are, when the walk has ended: vector by vector where all are of the mesh that was met last, else lane by
+ * lane. */
+RTI_VEC void packet_know(packet *p, const rtk_part *part)
+{
+    const rtk_u32 *refs = part->RTK_TREE.refs;
+    rtk_u32 lane[PACKET], ref[PACKET], n = 0u;
+    for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
+        vec_bits late, of, here, prim, geom;
+        rtk_u32 some[RTI_SIMD], others;
+        vec left;
+        memcpy(&late, p->late + at, sizeof late);
+        here = (vec_bits)(late != RTK_INVALID);
+        late &= here;
+        memcpy(some, &late, sizeof some);
+        for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
+            some[i] = refs[some[i]];
+        memcpy(&of, some, sizeof of);
+        of -= p->mesh.first;
+        memcpy(&prim, p->prim + at, sizeof prim);
+        memcpy(&geom, p->geom + at, sizeof geom);
+        const vec_bits known = here & (vec_bits)(of < p->mesh.count);
+        prim = (prim & ~known) | (of & known);
+        geom = (geom & ~known) | (p->mesh.geom & known);
+        memcpy(p->prim + at, &prim, sizeof prim);
+        memcpy(p->geom + at, &geom, sizeof geom);
+        here &= ~known;
+        memcpy(&left, &here, sizeof left); /* lanes of all ones are no numbers */
+        for (others = LANES_ALL & ~VM(bits)(V(eq)(left, left)); others != 0u; others &= others - 1u) {
+            const rtk_u32 i = (rtk_u32)__builtin_ctz(others);
+            lane[n] = at + i;
+            ref[n] = some[i];
+            packet_is_next(p, ref[n++]);
+        }
+    }
+    for (rtk_u32 i = 0u; i < n; i++)
+        packet_is(p, lane[i], ref[i]);
 }
 
 #endif

@@ -62,44 +62,6 @@ RTI_VEC rtk_u32 packet_others(const packet *p, const rtk_part *part, rtk_u32 at,
     return others;
 }
 
-/* Whose the best hits are, when the walk has ended: vector by vector where all are of the mesh that was met last, else lane by
- * lane. */
-RTI_VEC void packet_know(packet *p, const rtk_part *part)
-{
-    const rtk_u32 *refs = part->RTK_TREE.refs;
-    rtk_u32 lane[PACKET], ref[PACKET], n = 0u;
-    for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
-        vec_bits late, of, here, prim, geom;
-        rtk_u32 some[RTI_SIMD], others;
-        vec left;
-        memcpy(&late, p->late + at, sizeof late);
-        here = (vec_bits)(late != RTK_INVALID);
-        late &= here;
-        memcpy(some, &late, sizeof some);
-        for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
-            some[i] = refs[some[i]];
-        memcpy(&of, some, sizeof of);
-        of -= p->mesh.first;
-        memcpy(&prim, p->prim + at, sizeof prim);
-        memcpy(&geom, p->geom + at, sizeof geom);
-        const vec_bits known = here & (vec_bits)(of < p->mesh.count);
-        prim = (prim & ~known) | (of & known);
-        geom = (geom & ~known) | (p->mesh.geom & known);
-        memcpy(p->prim + at, &prim, sizeof prim);
-        memcpy(p->geom + at, &geom, sizeof geom);
-        here &= ~known;
-        memcpy(&left, &here, sizeof left); /* lanes of all ones are no numbers */
-        for (others = LANES_ALL & ~VM(bits)(V(eq)(left, left)); others != 0u; others &= others - 1u) {
-            const rtk_u32 i = (rtk_u32)__builtin_ctz(others);
-            lane[n] = at + i;
-            ref[n] = some[i];
-            packet_is_next(p, ref[n++]);
-        }
-    }
-    for (rtk_u32 i = 0u; i < n; i++)
-        packet_is(p, lane[i], ref[i]);
-}
-
 /* The triangle at a place for the lanes at `at`. */
 RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, const tri_ray *r, rtk_u32 at, rtk_u32 lanes,
                              rtk_u32 place)

@@ -81,10 +81,8 @@ RTI_VEC int weave_turn(lone_all *a, lone *w, rtk_u32 mode)
         weave_node(w, &a->tree);
         return 0;
     }
-    if (w->count == LONE_END || lone_leaf(a, w, mode)) {
-        lone_leave(a, w);
+    if (w->count == LONE_END || lone_leaf(a, w, mode))
         return 1;
-    }
     reach = rtk_min(w->reach, a->p->t[w->lane]);
     if (!(mode & RTK_MODE_ANY) && reach < w->reach) {
         w->reach = reach;
@@ -135,11 +133,10 @@ static void weave_walk(lone_all *a, rtk_u32 mode, uint64_t rays)
 RTI_VEC uint64_t lone_rays(packet *p, rtk_u32 mode, const rtk_part *part, uint64_t rays)
 {
     lone_all a;
-    uint64_t other;
+    uint64_t other, all;
     a.p = p;
     a.part = part;
     a.tree = part->RTK_TREE;
-    a.left = a.asides = 0u;
     for (uint64_t l = p->masked || p->common == 0u ? rays : 0u; l != 0u; l &= l - 1u)
         if (p->mask[__builtin_ctzll(l)] == 0u)
             rays &= ~(l & (0u - l));
@@ -147,6 +144,9 @@ RTI_VEC uint64_t lone_rays(packet *p, rtk_u32 mode, const rtk_part *part, uint64
         return 0u;
     other = lone_prepare(&a, rays);
     rays &= ~other;
+    all = rays;
+    memset(p->late, 0xff, sizeof p->late);
+    memcpy(p->low, p->t, sizeof p->low);
     if (weaves(&a)) {
         weave_walk(&a, mode, rays);
         rays = 0u;
@@ -162,9 +162,9 @@ RTI_VEC uint64_t lone_rays(packet *p, rtk_u32 mode, const rtk_part *part, uint64
         lone l;
         lone_start(&a, &l, mode, (rtk_u32)__builtin_ctzll(rays));
         lone_walk(&a, &l, mode);
-        lone_leave(&a, &l);
     }
-    lone_end(&a);
+    if (!(mode & RTK_MODE_ANY))
+        lone_end(&a, all);
     return other;
 }
 
