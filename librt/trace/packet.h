@@ -38,6 +38,7 @@ typedef int32_t vec_whole __attribute__((vector_size(RTI_SIMD * sizeof(int32_t))
 typedef uint32_t vec_bits __attribute__((vector_size(RTI_SIMD * sizeof(uint32_t))));
 typedef uint16_t vec_short __attribute__((vector_size(RTI_SIMD * sizeof(uint16_t))));
 
+#include "tri_double.h"
 #include "tri_exact.h"
 
 /* RTI_SIMD rays of a block. valid: rtk_ray_valid; axes, back: the dominant axis and the negative directions, a bit a lane. */
@@ -111,15 +112,8 @@ RTI_VEC rtk_u32 packet_rays_enter(const vec org[3], const vec inv[3], vec tmin, 
     return meet;
 }
 
-/* rti_tri_settle for many rays and triangles: what it says in doubles of each lane, in vectors of doubles as wide as compilers make
- * them. end: tmax or less. Returns the lanes that are to be asked; sure: hits for certain. */
-#define SETTLE_N (RTI_SIMD >= 16 ? 8 : 4)
-typedef double settle_vec __attribute__((vector_size(SETTLE_N * sizeof(double))));
-typedef int64_t settle_mask __attribute__((vector_size(SETTLE_N * sizeof(double))));
-typedef float settle_half __attribute__((vector_size(SETTLE_N * sizeof(float))));
-
-#define SETTLE_ABS(a) ((settle_vec)((settle_mask)(a)&INT64_MAX)) /* no function: such vectors are no arguments everywhere */
-
+/* rti_tri_settle for many rays and triangles: what it says in doubles of each lane. end: tmax or less. Returns the lanes that are
+ * to be asked; sure: hits for certain. */
 __attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ray *r, const vec *end, const vec v0[3], const vec v1[3],
                                                                     const vec v2[3], rtk_u32 lanes, rtk_u32 *sure)
 {
@@ -133,26 +127,26 @@ __attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ra
     float from[COUNT][RTI_SIMD], says[RTI_SIMD];
     for (rtk_u32 k = 0u; k < COUNT; k++)
         V(store)(from[k], in[k]);
-    for (rtk_u32 at = 0u; at < RTI_SIMD; at += SETTLE_N) {
-        const settle_vec nought = {0.0};
-        settle_vec x[COUNT];
-        settle_half half;
+    for (rtk_u32 at = 0u; at < RTI_SIMD; at += DOUBLE_N) {
+        const double_vec nought = {0.0};
+        double_vec x[COUNT];
+        double_half half;
         for (rtk_u32 k = 0u; k < COUNT; k++) {
             memcpy(&half, from[k] + at, sizeof half);
-            x[k] = __builtin_convertvector(half, settle_vec);
+            x[k] = __builtin_convertvector(half, double_vec);
         }
-        const settle_vec u = x[CX] * x[BY] - x[CY] * x[BX], v = x[AX] * x[CY] - x[AY] * x[CX], w = x[BX] * x[AY] - x[BY] * x[AX];
-        const settle_vec det = u + v + w, size = SETTLE_ABS(det);
-        const settle_vec near = (x[AZ] + (v * (x[BZ] - x[AZ]) + w * (x[CZ] - x[AZ])) / det) / x[KDZ];
-        const settle_vec wide = (double)SETTLE_OFF * x[SCALE] / SETTLE_ABS(x[KDZ]) + SETTLE_OFF_LEAST;
-        const settle_vec off = wide + SETTLE_OFF_T * (SETTLE_ABS(near) + SETTLE_ABS(x[TSHIFT]));
-        const settle_vec t = near + x[TSHIFT];
-        const settle_mask out = ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0));
-        const settle_mask good = ~out & (size > SETTLE_DET * (x[MX] * x[MY])) & (size < SETTLE_DET_MOST);
-        const settle_mask none = out | (good & ((t + off < x[TMIN]) | (t - off > x[TMAX])));
-        const settle_mask some = good & ~none & (t - off > x[TMIN]) & (t + off < x[TMAX]);
-        const settle_vec word = (settle_vec)(((settle_mask)(nought + 1.0) & some) | ((settle_mask)(nought - 1.0) & none));
-        half = __builtin_convertvector(word, settle_half);
+        const double_vec u = x[CX] * x[BY] - x[CY] * x[BX], v = x[AX] * x[CY] - x[AY] * x[CX], w = x[BX] * x[AY] - x[BY] * x[AX];
+        const double_vec det = u + v + w, size = DOUBLE_ABS(det);
+        const double_vec near = (x[AZ] + (v * (x[BZ] - x[AZ]) + w * (x[CZ] - x[AZ])) / det) / x[KDZ];
+        const double_vec wide = (double)SETTLE_OFF * x[SCALE] / DOUBLE_ABS(x[KDZ]) + SETTLE_OFF_LEAST;
+        const double_vec off = wide + SETTLE_OFF_T * (DOUBLE_ABS(near) + DOUBLE_ABS(x[TSHIFT]));
+        const double_vec t = near + x[TSHIFT];
+        const double_mask out = ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0));
+        const double_mask good = ~out & (size > SETTLE_DET * (x[MX] * x[MY])) & (size < SETTLE_DET_MOST);
+        const double_mask none = out | (good & ((t + off < x[TMIN]) | (t - off > x[TMAX])));
+        const double_mask some = good & ~none & (t - off > x[TMIN]) & (t + off < x[TMAX]);
+        const double_vec word = (double_vec)(((double_mask)(nought + 1.0) & some) | ((double_mask)(nought - 1.0) & none));
+        half = __builtin_convertvector(word, double_half);
         memcpy(says + at, &half, sizeof half);
     }
     const vec zero = V(set)(0.0f), word = V(load)(says);

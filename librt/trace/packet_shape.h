@@ -23,7 +23,7 @@ RTI_VEC vec3 packet_madd(vec3 a, vec t, vec3 d)
 /* rtk_local_at */
 RTI_VEC vec packet_local_at(vec org, vec anchor, vec t, vec d)
 {
-    const wide_ff f = wide_two_diff(org, anchor), p = wide_two_prod(&wide_split, t, d), s = wide_two_sum(f.hi, p.hi);
+    const wide_ff f = wide_two_diff(org, anchor), p = wide_two_prod(t, d), s = wide_two_sum(f.hi, p.hi);
     return s.hi + (s.lo + (f.lo + p.lo));
 }
 
@@ -88,8 +88,8 @@ RTI_VEC rtk_u32 packet_plane_hits(const packet *p, const rtk_shape *plane, rtk_u
     wide_ff den, num;
     for (rtk_u32 k = 0u; k < 3u; k++) {
         const vec n = V(set)(plane->p[4u + k]), way = V(load)(p->dir[k] + at), org = V(load)(p->org[k] + at);
-        const wide_ff d = wide_two_prod(&wide_split, n, way);
-        const wide_ff a = wide_mul(&wide_split, wide_two_diff(V(set)(plane->p[k]), org), (wide_ff){n, V(set)(0.0f)});
+        const wide_ff d = wide_two_prod(n, way);
+        const wide_ff a = wide_mul(wide_two_diff(V(set)(plane->p[k]), org), (wide_ff){n, V(set)(0.0f)});
         den = k == 0u ? d : wide_add(den, d);
         num = k == 0u ? a : wide_add(num, a);
     }

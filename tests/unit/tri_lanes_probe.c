@@ -126,6 +126,18 @@ uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tris, prob
     return 0;
 }
 
+uint32_t RTI_ISA_FN(probe_double)(const rtk_pray *rays, const rtk_tri *tris, probe_answer *out)
+{
+    vec in[21];
+    tri_hit hit;
+    const tri_ray r = load_pairs(rays, tris, in);
+    rtk_u32 doubt = tri_test(&r, in + 12, in + 15, in + 18, LANES_ALL, &hit) != 0u ? hit.doubt : 0u, edges = 0u, left;
+    left = tri_double(&r, &in[9], &in[10], in + 12, in + 15, in + 18, doubt, &hit, &edges);
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
+        out[i].doubt = (int)((left & ~edges) >> i & 1u);
+    return (uint32_t)__builtin_popcount(doubt & ~edges);
+}
+
 uint32_t RTI_ISA_FN(probe_settle)(const rtk_pray *rays, const rtk_tri *tris, probe_answer *out)
 {
     vec in[21];

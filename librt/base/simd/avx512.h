@@ -80,36 +80,6 @@ RTI_VEC rti_f16 rti_f16_row(const float *p)
 {
     return _mm512_broadcast_f32x4(_mm_loadu_ps(p));
 }
-RTI_VEC rti_i16 rti_i16_zero(void)
-{
-    return _mm512_setzero_si512();
-}
-RTI_VEC rti_i16 rti_i16_none(void)
-{
-    return _mm512_set1_epi32(-1);
-}
-/* Magnitudes as bits times two, which have their order; of each lane the least but zero, and the greatest, which no number is
- * beside one that is none. */
-RTI_VEC rti_i16 rti_i16_least(rti_i16 least, rti_f16 a)
-{
-    const __m512i bits = _mm512_castps_si512(a);
-    const __m512i size = _mm512_sub_epi32(_mm512_add_epi32(bits, bits), _mm512_set1_epi32(1)); /* zero comes out greatest */
-    return _mm512_min_epu32(least, size);
-}
-RTI_VEC rti_i16 rti_i16_most(rti_i16 most, rti_f16 a)
-{
-    const __m512i bits = _mm512_castps_si512(a);
-    return _mm512_max_epu32(most, _mm512_add_epi32(bits, bits));
-}
-/* The lanes whose least is below `low`, or whose greatest is above `high`. */
-RTI_VEC uint32_t rti_i16_outside(rti_i16 least, rti_i16 most, float low, float high)
-{
-    uint32_t l, h;
-    __builtin_memcpy(&l, &low, sizeof l);
-    __builtin_memcpy(&h, &high, sizeof h);
-    return (uint32_t)_mm512_cmplt_epu32_mask(least, _mm512_set1_epi32((int)(l * 2u - 1u))) |
-           _mm512_cmpgt_epu32_mask(most, _mm512_set1_epi32((int)(h * 2u)));
-}
 RTI_VEC float rti_f16_low(rti_f16 a)
 {
     return _mm512_reduce_min_ps(a);
