@@ -237,8 +237,8 @@ static bool split_range(const rti_bvh *t, const rti_bvh_range *r, rti_bvh_range 
     rti_bvh_bins bins;
     const rti_ref *refs = t->refs[r->buffer] + r->begin;
     float area = rti_bvh_area(t, r->box);
-    if (r->count == 1)
-        return false;
+    if (r->count == 1 || (r->count <= t->most && rti_bvh_leaf_cost(t, r->count) <= t->b->cost_traverse))
+        return false; /* no split can be cheaper */
     rti_bvh_split_begin(r, &s);
     rti_bvh_bin(&s, refs, r->count, &bins);
     rti_bvh_split_find(t, &bins, &s);
@@ -511,7 +511,7 @@ static void settle(rti_bvh *t)
     t->depth = b->max_depth;
     t->grow = b->in->grow;
     t->most = b->leaf_size;
-    t->together = t->blocks ? RTK_BVH_BLOCK : (b->in->tri_count > 0 ? 2u : 1u);
+    t->together = t->blocks ? 2u : (b->in->tri_count > 0 ? 1u : 0u);
     t->spatial = b->builder == RTI_BUILD_BVH_SPATIAL;
     t->thinnest = 4.0f * b->in->grow;
     t->root_area = rti_bvh_area(

@@ -88,7 +88,7 @@ typedef struct rti_bvh {
     const rtk_kdnode *kd;      /* the tree is a kd-tree of kd_count nodes, which have the numbers of `nodes`; NULL: a BVH */
     uint32_t kd_count;
     uint32_t most;             /* references of a leaf */
-    uint32_t together;         /* references that cost as much as one */
+    uint32_t together;         /* 1 << this: references that cost as much as one */
     rti_f4 grow2;              /* what boxes are grown by on both sides together */
     float unit;                /* areas are relative to a cube of side 1 / unit */
     bool spatial;              /* splits may cut references */
@@ -156,7 +156,10 @@ void rti_bvh_spatial_counts(const rti_bvh_split *split, const rti_bvh_space_bins
 void rti_bvh_spatial_scatter(const rti_bvh *t, const rti_bvh_split *split, const rti_ref *refs, uint32_t count, rti_ref *left,
                              rti_ref *right, rti_bvh_box boxes[2], rti_bvh_box mids[2]);
 /* Cost of a leaf of so many, per area. */
-float rti_bvh_leaf_cost(const rti_bvh *t, uint32_t count);
+static inline float rti_bvh_leaf_cost(const rti_bvh *t, uint32_t count)
+{
+    return t->b->cost_intersect * (float)((count + (1u << t->together) - 1u) >> t->together);
+}
 
 /* Folds the binary tree into a chunk. root: its node; RTK_INVALID: there is nothing in it. */
 rt_status rti_bvh_write(const rti_bvh *t, uint32_t root, double start, void **chunk, size_t *size);

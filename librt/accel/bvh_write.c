@@ -203,6 +203,11 @@ static uint32_t put_blocked(const writer *w, uint32_t node, totals *at, holes *h
 static void put_all_blocked(const writer *w, const slots *s, totals *at, uint32_t child[RTK_BVH_WIDTH])
 {
     holes h = {0};
+    for (uint32_t i = 0; i < s->count && w->writing; i++) { /* triangles stand anywhere */
+        const rti_bvh_node *n = &w->t->nodes[s->node[i]];
+        for (uint32_t k = 0; k < n->count && in_blocks(w->t, s->node[i]); k++)
+            __builtin_prefetch(&w->t->b->in->tris[w->t->order[n->child + k]]);
+    }
     for (uint32_t size = RTK_BVH_BLOCK; size > 0; size--)
         for (uint32_t i = 0; i < s->count; i++)
             if (in_blocks(w->t, s->node[i]) && rtk_umin(w->t->nodes[s->node[i]].count, RTK_BVH_BLOCK) == size)
