@@ -129,48 +129,74 @@ static void slice_box(const rti_bvh_split *s, rti_bvh_box box, uint32_t axis, in
     rti_bvh_extend(&bins[end], box);
 }
 
-/* The triangle's parts between the planes, inside the box: corners fall into a bin, and where edges cross a plane both its bins
- * have the point. Only costs come of these boxes, so their rounding does not matter. */
+/* A triangle's corners along an axis, ascending, and the ways between them. */
+typedef struct ladder {
+    float at[3], by[3]; /* by: 1 / length along the axis; of the ways from 0 to 1, 1 to 2, 0 to 2 */
+    rti_f4 corner[3], way[3];
+} ladder;
+
+static ladder ladder_of(const rtk_tri *tri, uint32_t axis)
+{
+    const float *v[3] = {tri->v0, tri->v1, tri->v2}, *swap;
+    ladder l;
+#define ORDER(i, j)                                                                                                              \
+    if (v[j][axis] < v[i][axis]) {                                                                                               \
+        swap = v[i];                                                                                                             \
+        v[i] = v[j];                                                                                                             \
+        v[j] = swap;                                                                                                             \
+    }
+    ORDER(0, 1)
+    ORDER(1, 2)
+    ORDER(0, 1)
+#undef ORDER
+    for (int i = 0; i < 3; i++) {
+        l.at[i] = v[i][axis];
+        l.corner[i] = rti_f4_xyz(rti_f4_load(v[i]));
+    }
+    for (int i = 0; i < 3; i++) {
+        const int from = i == 1, to = i == 0 ? 1 : 2;
+        l.way[i] = l.corner[to] - l.corner[from];
+        l.by[i] = 1.0f / (l.at[to] - l.at[from]);
+    }
+    return l;
+}
+
+/* Around what a plane cuts out of the triangle: points of two ways, of one at the middle corner, which is told apart. */
+static inline rti_bvh_box rung(const ladder *l, float plane)
+{
+    rti_bvh_box box = rti_bvh_nothing();
+    if (plane > l->at[0] && plane < l->at[2]) {
+        const int upper = plane > l->at[1];
+        box.lo = box.hi = l->corner[0] + l->way[2] * ((plane - l->at[0]) * l->by[2]);
+        if (plane != l->at[1])
+            add_point(&box, l->corner[upper] + l->way[upper] * ((plane - l->at[upper]) * l->by[upper]));
+    }
+    return box;
+}
+
+/* The triangle's parts between the planes, inside the box: corners fall into a bin, and what a plane cuts out is in both its
+ * bins. Only costs come of these boxes, so their rounding does not matter. */
 static void slice_triangle(const rti_bvh_split *s, const rtk_tri *tri, rti_bvh_box box, uint32_t axis, int32_t first, int32_t end,
                            rti_bvh_box *bins)
 {
-    const float *v[3] = {tri->v0, tri->v1, tri->v2};
-    float planes[RTI_BVH_BINS + 1], lo[4], hi[4];
-    rti_bvh_box parts[RTI_BVH_BINS];
+    const ladder l = ladder_of(tri, axis);
+    float lo[4], hi[4];
+    int corner = 0;
     rti_f4_store(lo, box.lo);
     rti_f4_store(hi, box.hi);
-    planes[first] = lo[axis];
-    planes[end + 1] = hi[axis];
+    rti_bvh_box below = rung(&l, lo[axis]);
     for (int32_t k = first; k <= end; k++) {
-        parts[k] = rti_bvh_nothing();
-        if (k > first)
-            planes[k] = s->planes[axis][k];
-    }
-    for (int i = 0; i < 3; i++) {
-        const float *a = v[i], *b = v[i == 2 ? 0 : i + 1], *low = a[axis] < b[axis] ? a : b, *high = low == a ? b : a;
-        rti_f4 from = rti_f4_xyz(rti_f4_load(low)), step = rti_f4_xyz(rti_f4_load(high)) - from;
-        float by = 1.0f / (high[axis] - low[axis]);
-        int32_t k = first;
-        if (a[axis] >= lo[axis] && a[axis] <= hi[axis]) {
-            while (k < end && a[axis] > planes[k + 1])
-                k++;
-            add_point(&parts[k], rti_f4_xyz(rti_f4_load(a)));
-        }
-        for (k = first; k <= end + 1 && planes[k] < high[axis]; k++) {
-            float t = (planes[k] - low[axis]) * by;
-            rti_f4 p = from + step * t;
-            if (planes[k] <= low[axis])
-                continue;
-            if (k > first)
-                add_point(&parts[k - 1], p);
-            if (k <= end)
-                add_point(&parts[k], p);
-        }
-    }
-    for (int32_t k = first; k <= end; k++) {
-        rti_bvh_box part = meet(parts[k], box);
+        const float plane = k < end ? s->planes[axis][k + 1] : hi[axis];
+        const rti_bvh_box above = rung(&l, plane);
+        rti_bvh_box part = below;
+        rti_bvh_extend(&part, above);
+        for (; corner < 3 && (k == end || l.at[corner] <= plane); corner++)
+            if (l.at[corner] >= lo[axis] && l.at[corner] <= hi[axis])
+                add_point(&part, l.corner[corner]);
+        part = meet(part, box);
         if (is_box(part))
             rti_bvh_extend(&bins[k], part);
+        below = above;
     }
 }
 
