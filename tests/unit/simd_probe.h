@@ -1,0 +1,27 @@
+/* The vectors of one instruction set (base/simd.h), in a form that a test can call. */
+#ifndef SIMD_PROBE_H
+#define SIMD_PROBE_H
+
+#include "base/isa.h"
+
+/* What the functions of packed lanes give; places that they do not write hold what they held. */
+typedef struct simd_packed {
+    uint32_t least;                 /* rti_f8_least */
+    float sorted[8], pack8[8];      /* rti_f8_sorted, rti_f8_pack */
+    uint32_t lane[8], packed_u8[8]; /* of rti_f8_sorted; rti_u8_pack */
+    float put[16];                  /* rti_f16_put, of bits */
+    float low;                      /* rti_f16_low */
+    float row[16], each[16];        /* rti_f16_row; rti_f16_each */
+    float fours[16];                /* rti_f16_take of rti_i16_fours */
+} simd_packed;
+
+/* min, max: of a and b, lane by lane, in the widest vectors; lt, le, eq: likewise, a bit a lane. Returns how many lanes. packed: of
+ * a, bits (of eight lanes the lower eight), numbers, at and from; 0: this level has no such functions. */
+#define PROBE(name, level)                                                                                                       \
+    uint32_t simd_compare_##name(const float a[16], const float b[16], float min[16], float max[16], uint32_t bits[3]);          \
+    int simd_packed_##name(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,     \
+                           simd_packed *out);
+RTI_ISA_EACH(PROBE)
+#undef PROBE
+
+#endif

@@ -1,0 +1,156 @@
+/* Vectors against what base/simd.h says of them, at every instruction set that runs here: minima, maxima and comparisons beside
+ * NaN, and the functions of packed lanes, which walks through trees trust. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "kernel_random.h"
+#include "simd_probe.h"
+
+enum { ROUNDS = 200000 };
+
+static float some_number(rng *g)
+{
+    switch ((int)(rng_unit(g) * 8.0f)) {
+    case 0:
+        return INFINITY;
+    case 1:
+        return 0.0f;
+    case 2:
+        return 0.25f * (float)(int)(8.0f * rng_unit(g)); /* equal ones */
+    case 3:
+        return 1e-40f * rng_unit(g);
+    default:
+        return 100.0f * rng_unit(g);
+    }
+}
+
+static bool same(float a, float b)
+{
+    return rtk_bits(a) == rtk_bits(b);
+}
+
+static void compare(const char *isa,
+                    uint32_t (*probe)(const float a[16], const float b[16], float min[16], float max[16], uint32_t bits[3]))
+{
+    rng g = {3};
+    for (int round = 0; round < ROUNDS; round++) {
+        float a[16], b[16], min[16], max[16];
+        uint32_t bits[3], n;
+        for (int i = 0; i < 16; i++) {
+            a[i] = rng_unit(&g) < 0.1f ? NAN : some_number(&g);
+            b[i] = rng_unit(&g) < 0.1f ? NAN : rng_unit(&g) < 0.2f ? a[i] : -some_number(&g);
+        }
+        n = probe(a, b, min, max, bits);
+        assert_true(n >= 4 && n <= 16);
+        for (uint32_t i = 0; i < n; i++)
+            if (!same(min[i], a[i] < b[i] ? a[i] : b[i]) || !same(max[i], a[i] > b[i] ? a[i] : b[i]) ||
+                (bits[0] >> i & 1u) != (a[i] < b[i]) || (bits[1] >> i & 1u) != (a[i] <= b[i]) ||
+                (bits[2] >> i & 1u) != (a[i] == b[i]))
+                fail_msg("%s: %a and %a: min %a, max %a, < %u, <= %u, == %u", isa, a[i], b[i], min[i], max[i], bits[0] >> i & 1u,
+                         bits[1] >> i & 1u, bits[2] >> i & 1u);
+    }
+}
+
+/* Alike in as many bits as sorting looks at. */
+static uint32_t key(float a)
+{
+    return rtk_bits(a > 0.0f ? a : 0.0f) & ~7u;
+}
+
+static void check_eight(const float a[16], uint32_t bits, const uint32_t numbers[8], const simd_packed *p)
+{
+    uint32_t n = 0, seen = 0;
+    for (uint32_t i = 0; i < 8; i++) {
+        if (!(bits >> i & 1u))
+            continue;
+        assert_true(same(p->pack8[n], a[i]));
+        assert_int_equal(p->packed_u8[n], numbers[i]);
+        n++;
+    }
+    for (uint32_t i = 0; i < n; i++) {
+        const uint32_t lane = p->lane[i];
+        assert_true(lane < 8 && (bits >> lane & 1u) && !(seen >> lane & 1u));
+        seen |= 1u << lane;
+        assert_true(same(p->sorted[i], a[lane]));
+        if (i > 0) /* the greatest first, of equal ones the first lane */
+            assert_true(key(a[p->lane[i - 1]]) > key(a[lane]) ||
+                        (key(a[p->lane[i - 1]]) == key(a[lane]) && p->lane[i - 1] < lane));
+    }
+    if (n > 0)
+        for (uint32_t i = 0; i < 8; i++)
+            if (bits >> i & 1u)
+                assert_true(key(a[p->least]) < key(a[i]) || (key(a[p->least]) == key(a[i]) && p->least <= i));
+}
+
+static void check_sixteen(const float a[16], uint32_t bits, const uint32_t at[4], uint32_t from, const simd_packed *p)
+{
+    uint32_t n = 0, lanes[16] = {0};
+    float low = a[0];
+    for (uint32_t i = 0; i < 16; i++) {
+        low = a[i] < low ? a[i] : low;
+        if (bits >> i & 1u)
+            lanes[n++] = i;
+        assert_true(same(p->row[i], a[i % 4]));
+        assert_true(same(p->each[i], a[at[i / 4]]));
+    }
+    assert_true(p->low == low);
+    for (uint32_t i = 0; i < 16; i++)
+        assert_true(same(p->put[i], i < n ? a[lanes[i]] : -1.0f)); /* nothing behind them */
+    for (uint32_t i = 0; i < 16; i++)
+        if (from + i / 4 < n)
+            assert_true(same(p->fours[i], a[lanes[from + i / 4]]));
+}
+
+static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,
+                                simd_packed *out))
+{
+    rng g = {5};
+    for (int round = 0; round < ROUNDS; round++) {
+        const uint32_t bits = (uint32_t)(rng_unit(&g) * 65536.0f) & 65535u, from = (uint32_t)(rng_unit(&g) * 12.0f);
+        uint32_t numbers[8], at[4];
+        simd_packed p = {0};
+        float a[16];
+        for (int i = 0; i < 16; i++) {
+            a[i] = some_number(&g);
+            p.put[i] = -1.0f;
+            numbers[i % 8] = (uint32_t)(rng_unit(&g) * 1e6f);
+            at[i % 4] = (uint32_t)(rng_unit(&g) * 16.0f) & 15u;
+        }
+        if (!probe(a, bits, numbers, at, from, &p))
+            return;
+        check_eight(a, bits, numbers, &p);
+        check_sixteen(a, bits, at, from, &p);
+    }
+}
+
+static void test_compare(void **state)
+{
+    (void)state;
+#define LEVEL(name, isa)                                                                                                         \
+    if (rti_isa_runs(isa))                                                                                                       \
+        compare(#name, simd_compare_##name);
+    RTI_ISA_EACH(LEVEL)
+#undef LEVEL
+}
+
+static void test_packed(void **state)
+{
+    (void)state;
+#define LEVEL(name, isa)                                                                                                         \
+    if (rti_isa_runs(isa))                                                                                                       \
+        packed(simd_packed_##name);
+    RTI_ISA_EACH(LEVEL)
+#undef LEVEL
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_compare), cmocka_unit_test(test_packed)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
