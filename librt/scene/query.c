@@ -44,7 +44,7 @@ void rt_scene_intersect_at(const rt_scene *scene, const rt_ray *rays, const floa
 {
     rti_snapshot *s = rti_scene_snapshot(scene);
     rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = {.steps = NULL};
+    rti_scratch scratch = {.parts = true};
     blocks b;
     for (size_t at = 0; s && at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;

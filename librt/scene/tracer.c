@@ -99,7 +99,7 @@ void rt_tracer_intersect(const rt_tracer *tracer, const rt_ray *rays, rt_hit *hi
     _Alignas(64) rtk_trace_block in[CHUNK / RTK_BLOCK];
     _Alignas(64) rtk_hit_block out[CHUNK / RTK_BLOCK];
     rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = {.steps = NULL};
+    rti_scratch scratch = {.parts = true};
     for (size_t at = 0; at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
         rti_gather(rays + at, n, in);

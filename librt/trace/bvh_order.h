@@ -5,8 +5,8 @@
  * each for itself, by direction alone. That pays where rays go far, as in a room; where most leave the scene, as they do from
  * a statue, nothing is worth more than a common start. So a run is ordered when of the one before it enough have hit. Rays that
  * start all over the part are ordered by the cell that they start in and by direction, a chunk at a time, when a first run of them
- * takes its time. Both are counting sorts; with what comes of them an ordered ray costs some thirty cycles more. (Garanzha,
- * Loop 2010.)
+ * takes its time, or did in the part of the batch before this one. Both are counting sorts; with what comes of them an ordered ray
+ * costs some thirty cycles more. (Garanzha, Loop 2010.)
  */
 #ifndef RTI_BVH_ORDER_H
 #define RTI_BVH_ORDER_H

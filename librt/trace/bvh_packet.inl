@@ -138,13 +138,15 @@ static void RTK_NAME(lone_chunk)(packet *p, const rtk_scene *scene, const rtk_tr
     rtk_u32 hit = 0u, base = n; /* base: from there on all are in one order */
     if (spread) {
         p->spread = 0u;
-        base = n < ORDER_MOST / 2u ? 0u : n;
+        base = scratch->orders ? 0u : n;
     }
     p->steps = 0u;
     for (rtk_u32 at = 0u; at < n; at += ORDER_RUN) {
         const rtk_u32 end = rtk_umin(at + ORDER_RUN, n);
-        if (spread && at == ORDER_RUN && p->steps >= ORDER_STEPS * (ORDER_RUN / 16u))
+        if (spread && at == ORDER_RUN && p->steps >= ORDER_STEPS * (ORDER_RUN / 16u)) {
             base = rtk_umin(base, at);
+            scratch->orders = true;
+        }
         if (at == base)
             order_spread(&o, chunk + base / RTK_BLOCK, n - base, part);
         const int run = orders && !p->spread && !spread && hit >= ORDER_RUN / ORDER_HITS && order_run(&o, chunk, at, end - at);
@@ -176,6 +178,7 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
         return;
     }
     if (ORDER_PAYS(RTK_MODE)) {
+        scratch->orders = scratch->orders && scratch->parts;
         for (rtk_u32 from = 0u; from < count; from += ORDER_MOST)
             RTK_NAME(lone_chunk)(&p, scene, rays, from, rtk_umin(count - from, ORDER_MOST), hits, occluded, scratch);
         return;

@@ -28,6 +28,8 @@ typedef struct rti_scratch {
     bool turns; /* rays of other batches than coherent ones go by turns through trees of any size (bvh_weave.h), not of a large
                    one alone */
     bool bare;  /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
+    bool parts;  /* the batches are parts of one: what a tracer found out of one holds for the next */
+    bool orders; /* that an order pays (bvh_order.h); false before the first */
 } rti_scratch;
 
 typedef struct rti_tracer {
