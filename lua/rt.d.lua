@@ -126,7 +126,7 @@ function Scene:set_camera(camera) end
 ---@field smooth? boolean make normals of the faces; a mesh of arrays that was made so gets them again, one of a file needs to be told
 
 ---New places for the vertices of a mesh or polyhedron, wherever it stands in this scene; its faces and all else stay. The next render or query refits the
----BVH where that serves (the setting refit), which takes a twelfth of a build's time. What an instance places is moved in a scene of its own:
+---BVH where that serves (the setting refit), which takes a tenth of a build's time. What an instance places is moved in a scene of its own:
 ---local part = rt.scene { mesh }, rt.instance { part }, part:set_vertices(mesh, ...).
 ---@param mesh rt.shape|string the object, or its name
 ---@param moved rt.moved_vertices

@@ -318,7 +318,7 @@ typedef struct rt_commit_desc {
     uint32_t max_depth, leaf_size;                     /**< 0: the builder's own */
     float cost_traverse, cost_intersect, empty_bonus; /**< 0: the builder's own */
     float duplication; /**< bound of references per primitive; 0: the builder's own */
-    /** Where the vertices of meshes have only moved since the last commit, the BVH over them is refitted, in a twelfth of a build's time, unless its
+    /** Where the vertices of meshes have only moved since the last commit, the BVH over them is refitted, in a tenth of a build's time, unless its
      *  cost has come to be so many times (1 ... 1e6) more or less than when it was built; 0: always built. At 1.25, the default, rays take about a tenth
      *  longer than in a tree that is built, and took half as long again at worst. Hits are the same. Trees of the builder "spatial", kd-trees and octrees
      *  are always built, and so is the top level over instances. */
