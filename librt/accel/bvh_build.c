@@ -511,6 +511,7 @@ static void settle(rti_bvh *t)
     t->depth = b->max_depth;
     t->grow = b->in->grow;
     t->most = b->leaf_size;
+    _Static_assert(RTK_BVH_BLOCK == 1u << 2u, "what a block of triangles holds");
     t->together = t->blocks ? 2u : (b->in->tri_count > 0 ? 1u : 0u);
     t->spatial = b->builder == RTI_BUILD_BVH_SPATIAL;
     t->thinnest = 4.0f * b->in->grow;

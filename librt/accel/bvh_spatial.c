@@ -161,7 +161,8 @@ static ladder ladder_of(const rtk_tri *tri, uint32_t axis)
     return l;
 }
 
-/* Around what a plane cuts out of the triangle: points of two ways, of one at the middle corner, which is told apart. */
+/* Around what a plane cuts out of the triangle: points of two ways; of one where it meets the middle corner, which is in the bin
+ * below. */
 static inline rti_bvh_box rung(const ladder *l, float plane)
 {
     rti_bvh_box box = rti_bvh_nothing();
@@ -174,8 +175,8 @@ static inline rti_bvh_box rung(const ladder *l, float plane)
     return box;
 }
 
-/* The triangle's parts between the planes, inside the box: corners fall into a bin, and what a plane cuts out is in both its
- * bins. Only costs come of these boxes, so their rounding does not matter. */
+/* The triangle's parts between the planes, inside the box: a corner falls into one bin, on a plane into that below, and what a
+ * plane cuts out between corners is in both its bins. Only costs come of these boxes, so their rounding does not matter. */
 static void slice_triangle(const rti_bvh_split *s, const rtk_tri *tri, rti_bvh_box box, uint32_t axis, int32_t first, int32_t end,
                            rti_bvh_box *bins)
 {

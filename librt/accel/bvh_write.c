@@ -205,7 +205,8 @@ static void put_all_blocked(const writer *w, const slots *s, totals *at, uint32_
     holes h = {0};
     for (uint32_t i = 0; i < s->count && w->writing; i++) { /* triangles stand anywhere */
         const rti_bvh_node *n = &w->t->nodes[s->node[i]];
-        for (uint32_t k = 0; k < n->count && in_blocks(w->t, s->node[i]); k++)
+        const uint32_t some = in_blocks(w->t, s->node[i]) ? rtk_umin(n->count, 4 * RTK_BVH_BLOCK) : 0;
+        for (uint32_t k = 0; k < some; k++)
             __builtin_prefetch(&w->t->b->in->tris[w->t->order[n->child + k]]);
     }
     for (uint32_t size = RTK_BVH_BLOCK; size > 0; size--)

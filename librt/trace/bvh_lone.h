@@ -39,7 +39,7 @@ RTI_VEC int lone_fits(const rtk_group *g, const rtk_part *part)
     return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && part->RTK_TREE.block_count != 0u;
 }
 
-/* A certain hit that nothing is in front of, by the leaf test itself. */
+/* A certain hit that nothing is in front of, by the leaf test itself: which takes it, and so sets u and v. */
 static void lone_exact(packet *p, const rtk_part *part, rtk_u32 lane, rtk_u32 ref)
 {
     p->t[lane] = p->tmax[lane];

@@ -12,7 +12,8 @@
  * They hold while nothing over- or underflows. Coordinates are no more than DOUBLE_SCALE, where nothing overflows. Products below
  * 2^-101 lose bits, in all of an expression no more than 2^-144, and as many times |o| <= 5 scale, or |d|, when a normal is
  * multiplied by those; what is below the DOUBLE_LEAST_* is not decided here, and so that is less than a fortieth of each bound.
- * (The sheared corners are scaled there so that the greatest |x| and |y| are from 1/4 to 1/2.)
+ * (The sheared corners are scaled there so that the greatest |x| and |y| are from 1/4 to 1/2, denormal ones aside, which the limit
+ * on the plane leaves out.) A quotient of the plane below 2^-100 is rounded there by more than its terms are off.
  */
 #ifndef RTI_TRI_DOUBLE_H
 #define RTI_TRI_DOUBLE_H
@@ -32,6 +33,7 @@ typedef float double_half __attribute__((vector_size(DOUBLE_N * sizeof(float))))
 #define DOUBLE_LEAST_DEPTH  8.8817842e-16 /* 2^-50 */
 #define DOUBLE_LEAST_PLANE  1.2621775e-29 /* 2^-96 of scale, or of |kdz|, and */
 #define DOUBLE_LEAST        3.1554436e-30 /* 2^-98 more */
+#define DOUBLE_LEAST_QUOTIENT 7.8886091e-31 /* 2^-100, of the plane's: its correction by the remainder is rounded at 2^-150 */
 #define DOUBLE_OFF_B        9.0949470e-13 /* 2^-40 */
 #define DOUBLE_OFF_Z        1.8189894e-12 /* 2^-39 */
 #define DOUBLE_OFF_PLANE    9.0949470e-13 /* 2^-40 */
@@ -128,7 +130,7 @@ RTI_VEC rtk_u32 tri_double(const tri_ray *r, const vec *dx, const vec *dy, const
         const double_vec turn = 1.0 / den, p = num * turn, far = DOUBLE_ABS(p);
         const double_vec off_p = DOUBLE_OFF_PLANE * (nums + far * dens) * DOUBLE_ABS(turn) + DOUBLE_OFF_QUOTIENT * far;
         known &= (nums > least) & (dens > DOUBLE_LEAST_PLANE * DOUBLE_ABS(zd) + DOUBLE_LEAST);
-        known &= DOUBLE_ABS(den) > DOUBLE_GRAZES * dens;
+        known &= (DOUBLE_ABS(den) > DOUBLE_GRAZES * dens) & (far > DOUBLE_LEAST_QUOTIENT);
         OUT(P_LOW, p - off_p);
         OUT(P_HIGH, p + off_p);
         OUT(KNOWN, (double_vec)((double_mask)(0.0 * size + 1.0) & known));

@@ -224,6 +224,29 @@ static void exact(const char *isa, uint32_t width, probe_pairs *probe, probe_pai
     assert_true(sum.doubts * 10 < doubted * 6); /* half of these rays aim at corners and edges */
 }
 
+/* A plane met at 2^-125: a quotient so small is rounded more than its terms tell, and no bound of theirs holds for it. */
+static void smallest(const char *isa, uint32_t width, probe_pairs *probe)
+{
+    const float scale = 0x1.00068ep+25f;
+    const rtk_ray ray = {.org = {0x1.05cp-112f, -0x1.844054p+24f, 0x1.e91ebcp+23f},
+                         .dir = {-0x1.8p-1f, 0x1p+0f, -0x1p+0f},
+                         .tmax = RTK_INF,
+                         .mask = 1u};
+    const rtk_tri tri = {
+        .v0 = {0x1p-112f, -0x1p+24f, 0x1p+24f}, .v1 = {0x1p-111f, 0x1p+25f, -0x1p+24f}, .v2 = {0x1p-112f, -0x1p+25f, 0x1p+24f}};
+    tally sum = {0, 0, 0};
+    rtk_pray rays[16];
+    rtk_tri tris[16];
+    probe_answer got[16];
+    for (uint32_t i = 0; i < width; i++) {
+        tris[i] = tri;
+        assert_true(rtk_ray_prepare(ray, rtk_v3(-scale, -scale, -scale), rtk_v3(scale, scale, scale), scale, &rays[i]));
+    }
+    assert_int_equal(probe(rays, tris, got), width);
+    compare(rays, tris, got, width, &sum, isa);
+    assert_int_equal(sum.hits, width);
+}
+
 static void test_levels(void **state)
 {
     (void)state;
@@ -285,6 +308,7 @@ static void test_packets(void **state)
 #define LEVEL(name, isa)                                                                                                         \
     if (rti_isa_runs(isa)) {                                                                                                     \
         exact(#name, probe_width_##name(16), probe_exact_##name, probe_double_##name, probe_settle_##name);                      \
+        smallest(#name, probe_width_##name(16), probe_exact_##name);                                                             \
         part(#name, probe_width_##name(16), probe_part_##name);                                                                  \
     }
     RTI_ISA_EACH(LEVEL)
