@@ -110,10 +110,16 @@ static inline float rti_bvh_unit(const rti_build_input *in)
     return longest > 1.0e-37f && longest <= 3.0e38f ? 1.0f / longest : 1.0f;
 }
 
-static inline float rti_bvh_area(const rti_bvh *t, rti_bvh_box b)
+/* A box's sides as it is written, in units. */
+static inline rti_f4 rti_bvh_sides(const rti_bvh *t, rti_bvh_box b)
 {
     rti_f4 unit = {t->unit, t->unit, t->unit, 0.0f};
-    return rti_f4_area(rti_f4_xyz((b.hi - b.lo) + t->grow2) * unit);
+    return rti_f4_xyz((b.hi - b.lo) + t->grow2) * unit;
+}
+
+static inline float rti_bvh_area(const rti_bvh *t, rti_bvh_box b)
+{
+    return rti_f4_area(rti_bvh_sides(t, b));
 }
 
 static inline rti_bvh_box rti_bvh_ref_box(const rti_ref *r)

@@ -72,12 +72,11 @@ void rti_bvh_bins_add(const rti_bvh_split *s, rti_bvh_bins *to, const rti_bvh_bi
 /* rti_bvh_area times rti_bvh_leaf_cost, of four. */
 static inline rti_f4 costs_of(const rti_bvh *t, const rti_bvh_box box[4], const uint32_t count[4])
 {
-    const rti_f4 unit = {t->unit, t->unit, t->unit, 0.0f};
     const int32_t together = 1 << t->together;
     rti_f4 p[4], by[4];
     rti_i4 blocks;
     for (uint32_t i = 0; i < 4; i++) {
-        const rti_f4 side = rti_f4_xyz((box[i].hi - box[i].lo) + t->grow2) * unit;
+        const rti_f4 side = rti_bvh_sides(t, box[i]);
         p[i] = side * (rti_f4){side[1], side[2], side[0], side[3]};
     }
     rti_f4_turn(p, by);

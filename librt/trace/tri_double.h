@@ -2,7 +2,7 @@
  *
  * rtk_tri_exact ends in quotients of doubled floats, each rounded to a float once: RN(x + e), x the true value for the sheared
  * corners or for the plane, e bounded. Doubles find x far better than that. So where x less a bound of e and x plus it round to
- * one float, that is what rtk_tri_exact gives, for a third of its operations; of the others, some in a thousand, it is asked.
+ * one float, that is what rtk_tri_exact gives, for a third of its operations; of the others, one in ten thousand, it is asked.
  *
  * Bounds, u = 2^-24, by twofloat.h. A quotient adds 24 u^2 of itself to what its terms have; doubles add less than u^2 to each.
  *   v, w    16 u^2 of themselves; det, the sum of three of one sign, 24 u^2
