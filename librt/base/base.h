@@ -32,6 +32,11 @@ void *rti_alloc_array(rt_context *ctx, size_t count, size_t size); /* checks the
 void *rti_realloc(rt_context *ctx, void *ptr, size_t old_size, size_t new_size);
 void rti_free(rt_context *ctx, void *ptr, size_t size); /* NULL is fine */
 
+/* A block of `size` bytes, the same in all calls, that a thread works in while it is in a query, and gives back before it returns
+ * (room.c). The context keeps it for the next. NULL: no memory; the query then does without. Any thread. */
+void *rti_room_take(rt_context *ctx, size_t size);
+void rti_room_give(rt_context *ctx, void *room, size_t size); /* NULL is fine */
+
 /* Growing array: used by `rti_array_push`-style code: makes room for `more` further items; doubles. false: no memory. */
 bool rti_reserve(rt_context *ctx, void **data, size_t *capacity, size_t count, size_t more, size_t item_size);
 

@@ -81,6 +81,9 @@ rt_status rt_context_create(const rt_context_desc *desc, rt_context **context)
     atomic_init(&ctx->memory_peak, 0);
     for (uint32_t i = 0; i < RTI_WORK_COUNT; i++)
         atomic_init(&ctx->work[i], 0);
+    for (uint32_t i = 0; i < RTI_ROOMS; i++)
+        atomic_init(&ctx->rooms[i], NULL);
+    atomic_init(&ctx->room_size, 0);
     pthread_mutex_init(&ctx->message_lock, NULL);
     pthread_mutex_init(&ctx->log_lock, NULL);
     pthread_mutex_init(&ctx->pool_lock, NULL);
@@ -98,6 +101,7 @@ void rt_context_destroy(rt_context *ctx)
         if (ctx->caches[i].cache)
             ctx->caches[i].kind->end(ctx, ctx->caches[i].cache);
     }
+    rti_rooms_drop(ctx);
     rti_pool_destroy(ctx, ctx->pool);
     pthread_mutex_destroy(&ctx->message_lock);
     pthread_mutex_destroy(&ctx->log_lock);
@@ -159,7 +163,7 @@ void *rti_context_set_cache(rt_context *ctx, uint32_t slot, void *cache, const r
 bool rti_context_relieve(rt_context *ctx)
 {
     rti_cache_slot caches[RTI_CACHE_COUNT];
-    bool some = false;
+    bool some = rti_rooms_drop(ctx);
     pthread_mutex_lock(&ctx->cache_lock);
     memcpy(caches, ctx->caches, sizeof caches);
     pthread_mutex_unlock(&ctx->cache_lock);

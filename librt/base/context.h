@@ -9,6 +9,7 @@
 
 #define RTI_MESSAGE_SIZE  1024
 #define RTI_MESSAGE_SLOTS 64
+#define RTI_ROOMS         32 /* that are kept; more threads than that are seldom in queries at once */
 
 typedef struct rti_message {
     pthread_t thread;
@@ -52,8 +53,12 @@ struct rt_context {
     rti_cache_slot caches[RTI_CACHE_COUNT];
 
     atomic_uint_fast64_t work[RTI_WORK_COUNT];
+
+    _Atomic(void *) rooms[RTI_ROOMS]; /* that wait for their next call (room.c) */
+    atomic_size_t room_size;
 };
 
+bool rti_rooms_drop(rt_context *ctx); /* false: none was kept */
 void rti_pool_destroy(rt_context *ctx, rti_pool *pool);
 
 #endif

@@ -19,8 +19,19 @@
  *   rti_f16_low(a)            the least lane of a, none of which is NaN
  *   rti_f16_row(p)            p[0] to p[3], four times
  *   rti_f16_each(p, at)       p[at[0]] four times, p[at[1]] four times, to p[at[3]]
- *   rti_i16_fours(bits, from) the from-th of the lanes in bits four times, then the next, to the third after it; for
- *   rti_f16_take(a, lanes)    those lanes of a
+ *   rti_f16_fields(p, at, a)  a[k] is p[at[0] + k] four times, p[at[1] + k] four times, to p[at[3] + k], for k below 8
+ *   rti_f16_twelve(p)         p[0] to p[11]
+ *   rti_f16_take(a, lanes)    those lanes of a, for
+ *   rti_i16_row(a)            of each number in a, 0, 1 or 2, that row of three rows of four lanes, for
+ *   rti_i16_next(rows)        the rows behind those, the first behind the last
+ *   rti_f16_least4(a)         of each four lanes the least, four times
+ *   rti_f16_keep4(p, end, at, end_at, bits, t, u, v, place)
+ *                             of each four lanes i to i + 3 the one that is in bits, if there is one, k: t, u, v and place + k - i go to
+ *                             p[at[i / 4]] and behind it, t to end[end_at[i / 4]] too
+ *   rti_u8_take(p, a, lanes)  a[lanes[0]] to a[lanes[7]] to p; those of other lanes than 0 to 7: anything in a
+ *   rti_u16_deal(p, a, bytes, i, n)
+ *                             of a[0] to a[n - 1], at most 16, those side by side whose byte has bit i; returns how many. All sixteen
+ *                             places behind p are written, those behind a read; rti_b16_load(p) loads sixteen bytes
  *   rti_f8_sorted(t, lane, bits, a)
  *                             the chosen lanes of a and their numbers, the greatest first, as good as 21 bits of mantissa tell; of
  *                             equal ones, as which negative ones and NaN count, the first; all eight places behind t and lane are

@@ -53,6 +53,7 @@ static size_t place(rti_worker *w, const rti_frame *f, unsigned char *memory)
     w->times = take(&l, f->moving ? f->batch : 0, sizeof *w->times);
     w->steps = take(&l, f->set.integrator->flags & RTI_INTEGRATOR_STEPS ? f->batch : 0, sizeof *w->steps);
     w->touched = take(&l, f->scene->material_count / 32 + 1, sizeof *w->touched);
+    w->scratch.room = take(&l, 1, RTI_TRACE_ROOM);
     w->slots = take(&l, f->slot_count, sizeof *w->slots);
     w->film = take(&l, (size_t)f->slot_count << f->slot_shift, RTK_FILM_CHANNELS * sizeof *w->film);
     return l.size;

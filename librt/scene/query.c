@@ -1,19 +1,12 @@
-/* Ray queries from plain arrays: gathered into blocks on the stack, traced, scattered. */
+/* Ray queries of a scene, and what is at a hit. */
 #include <string.h>
 
 #include "../kernel/surface.h"
 #include "../kernel/texture.h"
 #include "../trace/trace.h"
+#include "arrays.h"
 #include "gather.h"
 #include "parts.h"
-
-#define CHUNK  1024u /* rays at a time: 60 KiB of blocks */
-#define BLOCKS (CHUNK / RTK_BLOCK)
-
-typedef struct blocks {
-    _Alignas(64) rtk_trace_block rays[BLOCKS];
-    _Alignas(64) rtk_hit_block hits[BLOCKS];
-} blocks;
 
 uint32_t rti_snapshot_tree(const rti_snapshot *snapshot)
 {
@@ -43,19 +36,10 @@ static void put_hit(rtk_hit_block *b, uint32_t k, const rt_hit *h)
 void rt_scene_intersect_at(const rt_scene *scene, const rt_ray *rays, const float *times, rt_hit *hits, size_t count)
 {
     rti_snapshot *s = rti_scene_snapshot(scene);
-    rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = {.parts = true};
-    blocks b;
-    for (size_t at = 0; s && at < count; at += CHUNK) {
-        uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
-        rti_gather(rays + at, n, b.rays);
-        scratch.times = times ? times + at : NULL;
-        s->tracer->intersect(&s->view, b.rays, b.hits, n, rti_guess(b.rays, n), &scratch);
-        rti_scatter(b.hits, n, hits + at);
-    }
+    if (s)
+        rti_arrays_intersect(s, s->tracer, rays, times, hits, count, RTI_ARRAYS_GUESS);
     for (size_t i = 0; !s && i < count; i++)
         hits[i] = (rt_hit){rays[i].tmax, 0.0f, 0.0f, RT_INVALID_ID, RT_INVALID_ID, RT_INVALID_ID};
-    rti_fp_leave(env);
     rti_snapshot_release(s);
 }
 
@@ -67,21 +51,10 @@ void rt_scene_intersect(const rt_scene *scene, const rt_ray *rays, rt_hit *hits,
 void rt_scene_occluded_at(const rt_scene *scene, const rt_ray *rays, const float *times, uint8_t *occluded, size_t count)
 {
     rti_snapshot *s = rti_scene_snapshot(scene);
-    rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = {.steps = NULL};
-    uint16_t bits[BLOCKS] = {0};
-    blocks b;
-    for (size_t at = 0; at < count; at += CHUNK) {
-        uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
-        if (s) {
-            rti_gather(rays + at, n, b.rays);
-            scratch.times = times ? times + at : NULL;
-            s->tracer->occluded(&s->view, b.rays, bits, n, rti_guess(b.rays, n), &scratch);
-        }
-        for (uint32_t i = 0; i < n; i++)
-            occluded[at + i] = (uint8_t)((bits[i / RTK_BLOCK] >> (i % RTK_BLOCK)) & 1u);
-    }
-    rti_fp_leave(env);
+    if (s)
+        rti_arrays_occluded(s, s->tracer, rays, times, occluded, count, RTI_ARRAYS_GUESS);
+    else if (count > 0)
+        memset(occluded, 0, count);
     rti_snapshot_release(s);
 }
 
@@ -97,12 +70,13 @@ size_t rt_scene_intersect_all_at(const rt_scene *scene, const rt_ray *ray, float
     rti_scratch scratch = {.times = &time};
     rt_hit last = {ray->tmin, 0.0f, 0.0f, RT_INVALID_ID, RT_INVALID_ID, RT_INVALID_ID};
     size_t n = 0;
-    blocks b;
-    rti_rays_gather(ray, 1, b.rays);
+    _Alignas(64) rtk_trace_block in;
+    _Alignas(64) rtk_hit_block out;
+    rti_rays_gather(ray, 1, &in);
     while (s && n < capacity) {
-        put_hit(&b.hits[0], 0, &last);
-        s->tracer->intersect(&s->view, b.rays, b.hits, 1, RTI_TRACE_AFTER, &scratch);
-        last = hit_at(&b.hits[0], 0);
+        put_hit(&out, 0, &last);
+        s->tracer->intersect(&s->view, &in, &out, 1, RTI_TRACE_AFTER, &scratch);
+        last = hit_at(&out, 0);
         if (last.prim_id == RT_INVALID_ID)
             break;
         hits[n++] = last;

@@ -5,10 +5,8 @@
 
 #include "../accel/accel.h"
 #include "../trace/trace.h"
-#include "gather.h"
+#include "arrays.h"
 #include "look.h"
-
-#define CHUNK 1024u /* rays of a plain array at a time: 60 KiB of blocks */
 
 #define SAME(a, b) (offsetof(rt_ray_block, a) == offsetof(rtk_trace_block, b))
 _Static_assert(sizeof(rt_ray_block) == sizeof(rtk_trace_block) && SAME(org_x, ox) && SAME(dir_x, dx) && SAME(tmin, tmin) &&
@@ -96,33 +94,12 @@ static uint32_t flags_of(uint32_t hints)
 
 void rt_tracer_intersect(const rt_tracer *tracer, const rt_ray *rays, rt_hit *hits, size_t count, uint32_t hints)
 {
-    _Alignas(64) rtk_trace_block in[CHUNK / RTK_BLOCK];
-    _Alignas(64) rtk_hit_block out[CHUNK / RTK_BLOCK];
-    rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = {.parts = true};
-    for (size_t at = 0; at < count; at += CHUNK) {
-        uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
-        rti_gather(rays + at, n, in);
-        tracer->how->intersect(&tracer->snapshot->view, in, out, n, flags_of(hints), &scratch);
-        rti_scatter(out, n, hits + at);
-    }
-    rti_fp_leave(env);
+    rti_arrays_intersect(tracer->snapshot, tracer->how, rays, NULL, hits, count, flags_of(hints));
 }
 
 void rt_tracer_occluded(const rt_tracer *tracer, const rt_ray *rays, uint8_t *occluded, size_t count, uint32_t hints)
 {
-    _Alignas(64) rtk_trace_block in[CHUNK / RTK_BLOCK];
-    uint16_t bits[CHUNK / RTK_BLOCK];
-    rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = {.steps = NULL};
-    for (size_t at = 0; at < count; at += CHUNK) {
-        uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
-        rti_gather(rays + at, n, in);
-        tracer->how->occluded(&tracer->snapshot->view, in, bits, n, flags_of(hints), &scratch);
-        for (uint32_t i = 0; i < n; i++)
-            occluded[at + i] = (uint8_t)((bits[i / RTK_BLOCK] >> (i % RTK_BLOCK)) & 1u);
-    }
-    rti_fp_leave(env);
+    rti_arrays_occluded(tracer->snapshot, tracer->how, rays, NULL, occluded, count, flags_of(hints));
 }
 
 /* A tracer takes 2^32 - 1 rays at most; callers may have more. */
@@ -134,13 +111,14 @@ void rt_tracer_intersect_blocks(const rt_tracer *tracer, const rt_ray_block *ray
     const rtk_trace_block *in = (const rtk_trace_block *)(const void *)rays;
     rtk_hit_block *out = (rtk_hit_block *)(void *)hits;
     rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = {.steps = NULL};
+    rti_scratch scratch = {.room = rti_trace_room_take(tracer->snapshot->ctx, count)};
     hints = flags_of(hints);
     for (size_t at = 0; at < count; at += PIECE) {
         uint32_t n = count - at < PIECE ? (uint32_t)(count - at) : PIECE;
         tracer->how->intersect(&tracer->snapshot->view, in + at / RTK_BLOCK, out + at / RTK_BLOCK, n, hints, &scratch);
     }
     rti_fp_leave(env);
+    rti_trace_room_give(tracer->snapshot->ctx, scratch.room);
 }
 
 void rt_tracer_occluded_blocks(const rt_tracer *tracer, const rt_ray_block *rays, uint16_t *occluded, size_t count,
@@ -148,13 +126,14 @@ void rt_tracer_occluded_blocks(const rt_tracer *tracer, const rt_ray_block *rays
 {
     const rtk_trace_block *in = (const rtk_trace_block *)(const void *)rays;
     rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = {.steps = NULL};
+    rti_scratch scratch = {.room = rti_trace_room_take(tracer->snapshot->ctx, count)};
     hints = flags_of(hints);
     for (size_t at = 0; at < count; at += PIECE) {
         uint32_t n = count - at < PIECE ? (uint32_t)(count - at) : PIECE;
         tracer->how->occluded(&tracer->snapshot->view, in + at / RTK_BLOCK, occluded + at / RTK_BLOCK, n, hints, &scratch);
     }
     rti_fp_leave(env);
+    rti_trace_room_give(tracer->snapshot->ctx, scratch.room);
 }
 
 uint64_t rt_scene_get_triangles(const rt_scene *scene, uint64_t first, rt_triangle *triangles, size_t capacity)

@@ -1,5 +1,5 @@
 /* The eight-wide BVH: boxes of a node and triangles of a leaf in vectors; batches that are marked coherent in packets,
- * others in an order of their own, together as far as they go together, or ray by ray, or several by turns. */
+ * others in streams of an octant. */
 #define RTI_TRACER_NAME bvh
 #define RTK_TREE        bvh
 #define RTK_TOP_TREE    top_bvh

@@ -5,8 +5,8 @@
  * are monotone, the smallest of the rays' (plane - org) * inv is no less than the one taken from the intervals' ends. So what
  * this leaves out every ray would leave out, with no margin. Of a leaf's triangles those are left out whose boxes miss the
  * intervals; then the rays are asked, first for the leaf's box and then for each triangle, RTI_SIMD at a time, or where few enter
- * it four rays and four triangles at a time. (Boulos, Wald, Benthin 2008; Overbeck, Ramamoorthi, Mark 2008. What differs: no ray is
- * looked at above the leaves.) A packet that opens too many nodes for its rays has come apart: they go on as single rays.
+ * it four rays and four triangles at a time. (Boulos, Wald, Benthin 2008; Overbeck, Ramamoorthi, Mark 2008. What differs: no ray
+ * is looked at above the leaves.) A packet that opens too many nodes for its rays has come apart: they go on as single rays.
  */
 #ifndef RTI_BVH_PACKET_H
 #define RTI_BVH_PACKET_H
@@ -26,12 +26,10 @@ typedef struct packet {
     float t[PACKET], u[PACKET], v[PACKET];                /* the best hits; t is tmax without one */
     float prim[PACKET], geom[PACKET];                     /* of those, as bits */
     rtk_u32 mask[PACKET];
-    uint64_t done;          /* any hit: nothing is asked any more */
-    rtk_u32 steps;          /* nodes that rays which are not coherent were at together, and walks of single ones from there */
-    rtk_u32 axis[PACKET];   /* dominant axis in the lowest two bits, octant in the next three */
+    uint64_t done;                   /* any hit: nothing is asked any more */
+    rtk_u32 axis[PACKET];            /* dominant axis in the lowest two bits, octant in the next three */
     float kind[PACKET], key[PACKET]; /* dominant axis, and all of axis, as numbers */
-    rtk_u32 spread;         /* the rays were taken out of those that start all over the part */
-    rtk_u32 common, masked; /* the rays' mask; != 0: they have several */
+    rtk_u32 common, masked;          /* the rays' mask; != 0: they have several */
     /* Where each hit counts (plain), whose the best hit is, is asked when the walk ends: a triangle's reference and record are
      * seldom in the nearer caches. late: of each lane, as bits, the place in refs, or RTK_INVALID: prim and geom tell. */
     rtk_u32 plain;
@@ -39,7 +37,6 @@ typedef struct packet {
         rtk_u32 geom, first, count;
     } mesh; /* the one that was met last: its triangles are those from `first` on */
     _Alignas(64) float late[PACKET];
-    float low[PACKET]; /* of rays that are not coherent: t, but of a hit that was put aside (bvh_lone.h) */
     /* Of the rays that walk. */
     uint64_t rays;
     float near_org[3], far_org[3], inv_lo[3], inv_hi[3], from, reach;
@@ -48,7 +45,6 @@ typedef struct packet {
     const rtk_scene *scene;
     const rtk_trace_block *blocks;
     rtk_u32 first;
-    const uint16_t *picks; /* NULL: the rays stand side by side from `first` on; else their numbers from it on */
     const rti_scratch *scratch;
     /* Of the part at hand: rays that were prepared by themselves, too, as they were asked for one by one. */
     uint64_t ready, missed; /* missed: those of them that miss the part */
@@ -63,27 +59,7 @@ RTI_VEC rtk_u32 packet_bits(uint64_t mask, rtk_u32 at)
 /* The number of a lane's ray. */
 RTI_VEC rtk_u32 packet_number(const packet *p, rtk_u32 lane)
 {
-    return p->first + (p->picks ? p->picks[lane] : lane);
-}
-
-/* n picked rays side by side; the last one again up to whole vectors. */
-RTI_VEC void packet_pick(const rtk_trace_block *blocks, rtk_u32 first, const uint16_t *picks, rtk_u32 n,
-                         rtk_trace_block out[PACKET / RTK_BLOCK])
-{
-    for (rtk_u32 i = 0u; i < (n + RTI_SIMD - 1u) / RTI_SIMD * RTI_SIMD; i++) {
-        const rtk_u32 number = first + picks[rtk_umin(i, n - 1u)], k = number % RTK_BLOCK, l = i % RTK_BLOCK;
-        const rtk_trace_block *b = &blocks[number / RTK_BLOCK];
-        rtk_trace_block *to = &out[i / RTK_BLOCK];
-        to->ox[l] = b->ox[k];
-        to->oy[l] = b->oy[k];
-        to->oz[l] = b->oz[k];
-        to->dx[l] = b->dx[k];
-        to->dy[l] = b->dy[k];
-        to->dz[l] = b->dz[k];
-        to->tmin[l] = b->tmin[k];
-        to->tmax[l] = b->tmax[k];
-        to->mask[l] = b->mask[k];
-    }
+    return p->first + lane;
 }
 
 /* Of RTI_SIMD rays the order of axes and the octant. */
@@ -114,16 +90,15 @@ RTI_VEC rtk_u32 packet_differ(const rtk_u32 *mask, rtk_u32 lanes, rtk_u32 common
     return differ;
 }
 
-/* Loads n rays out of `rays`, where [first, first + n) stand, or what packet_pick made of as many picks; returns those that are
- * valid. */
-RTI_VEC uint64_t packet_load(packet *p, const rtk_scene *scene, const rtk_trace_block *blocks, rtk_u32 first, const uint16_t *picks,
-                             const rtk_trace_block *rays, rtk_u32 n, const rti_scratch *scratch)
+/* Loads the rays [first, first + n); returns those that are valid. */
+RTI_VEC uint64_t packet_load(packet *p, const rtk_scene *scene, const rtk_trace_block *blocks, rtk_u32 first, rtk_u32 n,
+                             const rti_scratch *scratch)
 {
+    const rtk_trace_block *rays = blocks + first / RTK_BLOCK;
     uint64_t valid = 0u;
     p->scene = scene;
     p->blocks = blocks;
     p->first = first;
-    p->picks = picks;
     p->scratch = scratch;
     p->done = 0u;
     p->masked = 0u;
@@ -315,13 +290,21 @@ RTI_VEC void packet_hits(const packet *p, rtk_u32 at, rtk_hit_block *out, rtk_u3
     memset(out->inst, 0xff, n * sizeof *out->inst); /* RTK_INVALID */
 }
 
-/* How many of the first n rays have hit. */
-RTI_VEC rtk_u32 packet_count(const packet *p, rtk_u32 n)
+/* n rays of which something was asked before: their best hits so far are among the batch's. */
+RTI_VEC void packet_again(packet *p, rtk_u32 mode, rtk_u32 n, const rtk_hit_block *hits, const uint16_t *occluded)
 {
-    uint64_t hit = 0u;
-    for (rtk_u32 at = 0u; at < n; at += RTI_SIMD)
-        hit |= (uint64_t)VM(bits)(V(lt)(V(load)(p->t + at), V(load)(p->tmax + at))) << at;
-    return (rtk_u32)__builtin_popcountll(n < PACKET ? hit & (((uint64_t)1u << n) - 1u) : hit);
+    for (rtk_u32 at = 0u; at < n; at += RTK_BLOCK) {
+        const rtk_u32 b = (p->first + at) / RTK_BLOCK, lanes = rtk_umin(n - at, RTK_BLOCK);
+        if (mode & RTK_MODE_ANY) {
+            p->done |= (uint64_t)occluded[b] << at;
+            continue;
+        }
+        memcpy(p->t + at, hits[b].t, lanes * sizeof(float));
+        memcpy(p->u + at, hits[b].u, lanes * sizeof(float));
+        memcpy(p->v + at, hits[b].v, lanes * sizeof(float));
+        memcpy(p->prim + at, hits[b].prim, lanes * sizeof(float));
+        memcpy(p->geom + at, hits[b].geom, lanes * sizeof(float));
+    }
 }
 
 /* A primitive for one ray, by the leaf test itself: what vectors leave open, shapes, cut-outs, rays of several masks. */

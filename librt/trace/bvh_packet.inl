@@ -16,20 +16,82 @@ static void RTK_NAME(packet_single)(packet *p, const rtk_part *part, uint64_t ra
     }
 }
 
-/* Rays that go singly. Apart from the packets' loops, whose registers it would take. */
-__attribute__((noinline)) static void RTK_NAME(lone_rays)(packet *p, const rtk_part *part, uint64_t rays)
+/* A ray of a stream by itself. */
+static void RTK_NAME(stream_single)(streams *a, stream *s, rtk_u32 l)
 {
-    if (rays != 0u && lone_fits(p->scene->groups, part))
-        rays = lone_rays(p, RTK_MODE, part, rays);
+    rtk_query q;
+    rtk_pray r;
+    if (s->ray[l].t1 == -RTK_INF)
+        return;
+    if (!(RTK_MODE & RTK_MODE_ANY))
+        stream_settle(a, s, l);
+    stream_query(a, s->number[l], &q);
+    if (!rtk_ray_prepare(q.ray, a->part->lo, a->part->hi, a->part->scale, &r))
+        return;
+    if (RTK_NAME(group_walk)(&q, a->tree, a->part->count, &r, 0.0f))
+        stream_done(a, s, l);
+    else if (!(RTK_MODE & RTK_MODE_ANY))
+        stream_keep(a, s->number[l], q.best);
+    s->ray[l].t1 = -RTK_INF;
+    s->hit[l].t = -RTK_INF; /* nothing is nearer */
+}
+
+/* The streams of octants first to last to their end, by turns. */
+static void RTK_NAME(stream_run)(streams *a, rtk_u32 first, rtk_u32 last)
+{
+    rtk_u32 live = 0u, which[8];
+    for (rtk_u32 i = first; i <= last; i++) {
+        stream_start(&a->of[i]);
+        if (a->of[i].n != 0u)
+            which[live++] = i;
+    }
+    while (live != 0u) {
+        for (rtk_u32 i = 0u; i < live; i++) {
+            stream *s = &a->of[which[i]];
+            const rtk_u32 left = stream_step(a, which[i], RTK_MODE);
+            for (rtk_u32 k = 0u; k < left; k++)
+                RTK_NAME(stream_single)(a, s, a->now[k]);
+            if (s->top == 0u)
+                which[i--] = which[--live];
+        }
+    }
+    for (rtk_u32 i = first; i <= last; i++) {
+        if (!(RTK_MODE & RTK_MODE_ANY))
+            stream_end(a, &a->of[i]);
+        a->of[i].n = 0u;
+    }
+}
+
+/* Runs the streams that have no room for so many more rays; of a large tree all of them together. */
+static void RTK_NAME(stream_flush)(streams *a, rtk_u32 room)
+{
+    rtk_u32 most = 0u;
+    for (rtk_u32 i = 0u; i < 8u; i++) {
+        most = rtk_umax(most, a->of[i].n);
+        if (!a->turns && a->of[i].n + room > STREAM)
+            RTK_NAME(stream_run)(a, i, i);
+    }
+    if (a->turns && most + room > STREAM)
+        RTK_NAME(stream_run)(a, 0u, 7u);
+}
+
+/* Of a packet's rays those that go on in streams (a; NULL: none may), the others by themselves. */
+static void RTK_NAME(packet_others)(packet *p, streams *a, const rtk_part *part, uint64_t rays)
+{
+    if (a && rays != 0u)
+        rays = stream_join(a, p, rays);
     RTK_NAME(packet_single)(p, part, rays);
 }
 
-static void RTK_NAME(packet_part)(packet *p, const rtk_part *part, uint64_t rays)
+/* A packet's rays through a part. */
+static void RTK_NAME(packet_part)(packet *p, streams *a, const rtk_part *part, uint64_t rays, int coherent)
 {
     uint64_t far;
     rays = packet_prepare(p, part, rays, &far);
     RTK_NAME(packet_single)(p, part, far);
-    while (rays != 0u) {
+    if (!coherent)
+        RTK_NAME(packet_others)(p, a, part, rays);
+    while (rays != 0u && coherent) {
         const vec key = V(set)(p->key[__builtin_ctzll(rays)]);
         uint64_t same = 0u;
         for (rtk_u32 i = 0u; i < PACKET; i += RTI_SIMD)
@@ -42,17 +104,8 @@ static void RTK_NAME(packet_part)(packet *p, const rtk_part *part, uint64_t rays
             if (!(RTK_MODE & RTK_MODE_ANY))
                 packet_know(p, part);
         }
-        RTK_NAME(lone_rays)(p, part, same);
+        RTK_NAME(packet_others)(p, a, part, same);
     }
-}
-
-/* The same for rays that have nothing in common. */
-static void RTK_NAME(lone_part)(packet *p, const rtk_part *part, uint64_t rays)
-{
-    uint64_t far;
-    rays = packet_prepare(p, part, rays, &far);
-    RTK_NAME(packet_single)(p, part, far);
-    RTK_NAME(lone_rays)(p, part, rays);
 }
 
 /* Planes, instances, and what finishes a hit, one ray at a time. */
@@ -73,7 +126,7 @@ static void RTK_NAME(packet_rest)(packet *p, rtk_u32 n, uint64_t valid, rtk_hit_
 /* What n lanes have found goes to their rays' places. */
 RTI_VEC void RTK_NAME(packet_out)(const packet *p, rtk_u32 n, rtk_hit_block *hits, uint16_t *occluded, int plain)
 {
-    for (rtk_u32 at = 0u; at < n && !p->picks; at += RTK_BLOCK) {
+    for (rtk_u32 at = 0u; at < n; at += RTK_BLOCK) {
         rtk_u32 b = (p->first + at) / RTK_BLOCK, lanes = n - at < RTK_BLOCK ? n - at : RTK_BLOCK;
         if (RTK_MODE & RTK_MODE_ANY) {
             occluded[b] = (uint16_t)(p->done >> at & ((1u << lanes) - 1u));
@@ -83,83 +136,61 @@ RTI_VEC void RTK_NAME(packet_out)(const packet *p, rtk_u32 n, rtk_hit_block *hit
             packet_hits(p, at, &hits[b], lanes);
         }
     }
-    for (rtk_u32 i = 0u; i < n && p->picks && plain && !(RTK_MODE & RTK_MODE_ANY); i++) {
-        const rtk_u32 number = packet_number(p, i), k = number % RTK_BLOCK;
-        rtk_hit_block *h = &hits[number / RTK_BLOCK];
-        h->t[k] = p->t[i];
-        h->u[k] = p->u[i];
-        h->v[k] = p->v[i];
-        h->prim[k] = rtk_bits(p->prim[i]);
-        h->geom[k] = rtk_bits(p->geom[i]);
-        h->inst[k] = RTK_INVALID;
+}
+
+/* Rays where all there is is the scene's own triangles, shapes and planes. */
+static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                            uint32_t count, rti_scratch *scratch, int coherent)
+{
+    const rtk_group *g = scene->groups;
+    streams *a = scratch->room;
+    packet p;
+    if (a)
+        streams_begin(a, scene, rays, hits, occluded, scratch);
+    p.mesh.first = p.mesh.count = 0u;
+    for (rtk_u32 k = 0u; k == 0u || k < g->part_count; k++) {
+        const rtk_part *part = &g->parts[k];
+        streams *on = a && g->part_count != 0u && stream_fits(g, part) ? a : NULL;
+        if (on)
+            streams_part(a, part, &part->RTK_TREE);
+        for (rtk_u32 first = 0u; first < count; first += PACKET) {
+            const rtk_u32 n = rtk_umin(count - first, PACKET);
+            packet_expect_rays(rays, first + PACKET, count);
+            uint64_t valid = packet_load(&p, scene, rays, first, n, scratch);
+            if (k != 0u)
+                packet_again(&p, RTK_MODE, n, hits, occluded);
+            else if (g->plane_count != 0u)
+                packet_planes(&p, RTK_MODE, valid);
+            if (g->part_count != 0u)
+                RTK_NAME(packet_part)(&p, on, part, valid & ~p.done, coherent);
+            RTK_NAME(packet_out)(&p, n, hits, occluded, 1);
+            if (on)
+                RTK_NAME(stream_flush)(a, PACKET);
+        }
+        if (on)
+            RTK_NAME(stream_flush)(a, STREAM);
     }
 }
 
-/* n rays from `first` on, or of as many picks those that `picked` holds. */
-RTI_VEC void RTK_NAME(packet_all)(packet *p, const rtk_scene *scene, const rtk_trace_block *rays, rtk_u32 first,
-                                  const uint16_t *picks, const rtk_trace_block *picked, rtk_u32 n, rtk_hit_block *hits,
-                                  uint16_t *occluded, rti_scratch *scratch, int coherent)
-{
-    const rtk_group *g = scene->groups;
-    uint64_t valid = packet_load(p, scene, rays, first, picks, picked, n, scratch);
-    const int plain = packet_plain(scene, scratch) && (g->plane_count == 0u || packet_sees_all(p));
-    for (rtk_u32 k = 0u; k < g->part_count; k++)
-        (coherent ? RTK_NAME(packet_part) : RTK_NAME(lone_part))(p, &g->parts[k], valid & ~p->done);
-    if (!plain)
-        RTK_NAME(packet_rest)(p, n, valid, hits);
-    else if (g->plane_count != 0u)
-        packet_planes(p, RTK_MODE, valid);
-    RTK_NAME(packet_out)(p, n, hits, occluded, plain);
-}
-
+/* Packets of coherent rays where there is more than that. */
 static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                               uint32_t count, rti_scratch *scratch)
 {
     packet p;
-    p.spread = p.steps = p.mesh.first = p.mesh.count = 0u;
+    if (packet_plain(scene, scratch)) {
+        RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, 1);
+        return;
+    }
+    p.mesh.first = p.mesh.count = 0u;
     for (rtk_u32 first = 0u; first < count; first += PACKET) {
+        const rtk_group *g = scene->groups;
+        const rtk_u32 n = rtk_umin(count - first, PACKET);
         packet_expect_rays(rays, first + PACKET, count);
-        RTK_NAME(packet_all)(&p, scene, rays, first, NULL, rays + first / RTK_BLOCK, rtk_umin(count - first, PACKET), hits, occluded,
-                             scratch, 1);
-    }
-}
-
-/* n rays from `from` on, no more than ORDER_MOST, that are not coherent, in their order or, where it pays, in another. */
-static void RTK_NAME(lone_chunk)(packet *p, const rtk_scene *scene, const rtk_trace_block *rays, rtk_u32 from, rtk_u32 n,
-                                 rtk_hit_block *hits, uint16_t *occluded, rti_scratch *scratch)
-{
-    const rtk_part *part = scene->groups->parts;
-    const rtk_trace_block *chunk = rays + from / RTK_BLOCK;
-    const int large = weave_large(&part->RTK_TREE), orders = ORDER_PAYS(RTK_MODE) && n >= PACKET && !scratch->turns;
-    rtk_trace_block picked[PACKET / RTK_BLOCK];
-    order o;
-    p->spread = order_is_spread(chunk, n, part);
-    const int spread = orders && p->spread && !large; /* else, of those that start near each other, run after run */
-    rtk_u32 hit = 0u, base = n; /* base: from there on all are in one order */
-    if (spread) {
-        p->spread = 0u;
-        base = scratch->orders ? 0u : n;
-    }
-    p->steps = 0u;
-    for (rtk_u32 at = 0u; at < n; at += ORDER_RUN) {
-        const rtk_u32 end = rtk_umin(at + ORDER_RUN, n);
-        if (spread && at == ORDER_RUN && p->steps >= ORDER_STEPS * (ORDER_RUN / 16u)) {
-            base = rtk_umin(base, at);
-            scratch->orders = true;
-        }
-        if (at == base)
-            order_spread(&o, chunk + base / RTK_BLOCK, n - base, part);
-        const int run = orders && !p->spread && !spread && hit >= ORDER_RUN / ORDER_HITS && order_run(&o, chunk, at, end - at);
-        hit = 0u;
-        for (rtk_u32 k = at; k < end; k += PACKET) {
-            const rtk_u32 size = rtk_umin(end - k, PACKET), first = from + (run ? at : at >= base ? base : k);
-            const uint16_t *picks = run ? o.ray + k : at >= base ? o.ray + (k - base) : NULL;
-            if (picks)
-                packet_pick(rays, first, picks, size, picked);
-            RTK_NAME(packet_all)(p, scene, rays, first, picks, picks ? picked : chunk + k / RTK_BLOCK, size, hits, occluded, scratch,
-                                 0);
-            hit += packet_count(p, size);
-        }
+        uint64_t valid = packet_load(&p, scene, rays, first, n, scratch);
+        for (rtk_u32 k = 0u; k < g->part_count; k++)
+            RTK_NAME(packet_part)(&p, NULL, &g->parts[k], valid & ~p.done, 1);
+        RTK_NAME(packet_rest)(&p, n, valid, hits);
+        RTK_NAME(packet_out)(&p, n, hits, occluded, 0);
     }
 }
 
@@ -167,25 +198,9 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
                            uint32_t count, rti_scratch *scratch)
 {
     const rtk_group *g = scene->groups; /* whose parts are of one builder */
-    packet p;
-    p.mesh.first = p.mesh.count = 0u;
-    if (count >= PACKET_FEW && packet_plain(scene, scratch) && g->shape_count != 0u) { /* bounces off a sphere still go together */
-        RTK_NAME(packets)(scene, rays, hits, occluded, count, scratch);
-        return;
-    }
-    if (count < PACKET_FEW || !packet_plain(scene, scratch) || g->part_count == 0u || !lone_fits(g, g->parts)) {
+    if (count >= PACKET_FEW && packet_plain(scene, scratch) &&
+        (g->shape_count != 0u || g->part_count == 0u || (scratch->room && stream_fits(g, g->parts))))
+        RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, g->shape_count != 0u); /* bounces off a sphere go together */
+    else
         RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
-        return;
-    }
-    if (ORDER_PAYS(RTK_MODE)) {
-        scratch->orders = scratch->orders && scratch->parts;
-        for (rtk_u32 from = 0u; from < count; from += ORDER_MOST)
-            RTK_NAME(lone_chunk)(&p, scene, rays, from, rtk_umin(count - from, ORDER_MOST), hits, occluded, scratch);
-        return;
-    }
-    p.steps = 0u;
-    p.spread = weave_large(&g->parts->RTK_TREE) && order_is_spread(rays, count, g->parts);
-    for (rtk_u32 first = 0u; first < count; first += PACKET)
-        RTK_NAME(packet_all)(&p, scene, rays, first, NULL, rays + first / RTK_BLOCK, rtk_umin(count - first, PACKET), hits, occluded,
-                             scratch, 0);
 }

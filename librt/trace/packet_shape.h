@@ -97,10 +97,21 @@ RTI_VEC rtk_u32 packet_plane_hits(const packet *p, const rtk_shape *plane, rtk_u
     return lanes & VM(bits)(V(lt)(V(load)(p->tmin + at), *out)) & VM(bits)(V(lt)(*out, V(load)(p->tmax + at)));
 }
 
-/* All planes of a plain packet's scene, for `rays`. */
+/* All planes of the scene, for `rays` of a packet of which nothing else was asked: in lanes where every hit counts. */
 RTI_VEC void packet_planes(packet *p, rtk_u32 mode, uint64_t rays)
 {
     const rtk_group *g = p->scene->groups;
+    for (uint64_t l = packet_sees_all(p) ? 0u : rays; l != 0u; l &= l - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctzll(l);
+        rtk_query q;
+        packet_query(p, i, &q);
+        if (rtk_query_planes(&q, mode, q.ray))
+            p->done |= (uint64_t)1u << i;
+        packet_answer(p, i, &q);
+    }
+    if (!packet_sees_all(p))
+        return;
+    memset(p->late, 0xff, sizeof p->late);
     for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
         for (rtk_u32 i = 0u; i < g->plane_count; i++) {
             const rtk_u32 lanes = packet_bits(rays & ~p->done, at);

@@ -21,15 +21,14 @@ typedef struct rti_trace_stats {
 typedef struct rti_steps {
     uint32_t nodes, leaves, tests;
 } rti_steps;
+#define RTI_TRACE_ROOM ((size_t)1152 << 10)
 typedef struct rti_scratch {
     const float *times; /* [count]: of each ray, 0 to 1; NULL: all are at 0 */
     rti_trace_stats stats;
     rti_steps *steps;
-    bool turns; /* rays of other batches than coherent ones go by turns through trees of any size (bvh_weave.h), not of a large
-                   one alone */
+    void *room; /* RTI_TRACE_ROOM bytes, 64-byte aligned, which a batch may write; NULL: rays that are not coherent go one by one */
+    bool turns; /* streams go by turns through trees of any size, not of a large one alone (bvh_stream.h) */
     bool bare;  /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
-    bool parts;  /* the batches are parts of one: what a tracer found out of one holds for the next */
-    bool orders; /* that an order pays (bvh_order.h); false before the first */
 } rti_scratch;
 
 typedef struct rti_tracer {

@@ -79,7 +79,8 @@ static void use(rti_snapshot *snapshot)
         times[i] = TIME(i);
     for (uint32_t i = 0; i < rti_tracer_count(); i++) {
         const rti_tracer *tracer = rti_tracer_at(rti_isa_best(), i);
-        rti_scratch scratch = {.times = times};
+        static _Alignas(64) unsigned char room[RTI_TRACE_ROOM];
+        rti_scratch scratch = {.room = room, .times = times};
         uint16_t occluded;
         rti_snapshot *with;
         if (rti_snapshot_with_tree(snapshot, tracer->tree, NULL, &with) != RT_OK)

@@ -3,6 +3,12 @@
 #include <math.h>
 #include <string.h>
 
+void *test_room(void)
+{
+    static _Thread_local _Alignas(64) unsigned char room[RTI_TRACE_ROOM];
+    return room;
+}
+
 static void place(const test_world *w, uint32_t inst, const float p[3], float out[3])
 {
     rtk_vec3 v = rtk_v3(p[0], p[1], p[2]);

@@ -2,7 +2,7 @@
 #ifndef TEST_RAYS_H
 #define TEST_RAYS_H
 
-#include "kernel/blocks.h"
+#include "trace/trace.h"
 #include "world.h"
 
 /* What rays are aimed at: triangles in world space and the box of everything. */
@@ -29,6 +29,9 @@ enum {
     TEST_RAY_DENORMAL, /* tiny or unequal direction components */
     TEST_RAY_KINDS
 };
+/* Working memory for a tracer, this thread's. */
+void *test_room(void);
+
 rtk_ray test_ray(const test_targets *t, test_rng *rng, int kind);
 
 #endif

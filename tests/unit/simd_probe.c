@@ -29,7 +29,32 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
     out->low = rti_f16_low(sixteen);
     rti_f16_store(out->row, rti_f16_row(a));
     rti_f16_store(out->each, rti_f16_each(a, at));
-    rti_f16_store(out->fours, rti_f16_take(sixteen, rti_i16_fours(bits, from)));
+    const uint32_t low_at[4] = {at[0] % 8u, at[1] % 8u, at[2] % 8u, at[3] % 8u}, place[4] = {0u, 4u, 8u, 12u},
+                   end[4] = {0u, 1u, 2u, 3u};
+    const uint32_t lanes[8] = {low_at[0], low_at[1], low_at[2], low_at[3], low_at[0], low_at[1], low_at[2], low_at[3]};
+    float row_of[16];
+    uint16_t count[16];
+    uint8_t bytes[16];
+    uint32_t one = 0u;
+    rti_f16 fields[8];
+    rti_f16_fields(a, low_at, fields);
+    for (int k = 0; k < 8; k++)
+        rti_f16_store(out->fields[k], fields[k]);
+    rti_f16_store(out->twelve, rti_f16_twelve(a));
+    for (int i = 0; i < 16; i++) {
+        row_of[i] = (float)(at[i / 4] % 3u);
+        count[i] = (uint16_t)i;
+        bytes[i] = (uint8_t)numbers[i % 8];
+        one |= (bits >> i & 1u) && !(one >> i / 4 * 4 & 15u) ? 1u << i : 0u;
+    }
+    const rti_i16 first = rti_i16_row(rti_f16_load(row_of)), second = rti_i16_next(first);
+    rti_f16_store(out->rows[0], rti_f16_take(sixteen, first));
+    rti_f16_store(out->rows[1], rti_f16_take(sixteen, second));
+    rti_f16_store(out->rows[2], rti_f16_take(sixteen, rti_i16_next(second)));
+    rti_f16_store(out->least4, rti_f16_least4(sixteen));
+    rti_f16_keep4(out->kept[0], out->ends, place, end, one, sixteen, sixteen, sixteen, 1000u);
+    rti_u8_take(out->taken, numbers, lanes);
+    out->dealt_count = rti_u16_deal(out->dealt, count, rti_b16_load(bytes), from % 8u, from + 4u);
     return 1;
 #else
     (void)a;

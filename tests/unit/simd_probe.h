@@ -12,11 +12,18 @@ typedef struct simd_packed {
     float put[16];                  /* rti_f16_put, of bits */
     float low;                      /* rti_f16_low */
     float row[16], each[16];        /* rti_f16_row; rti_f16_each */
-    float fours[16];                /* rti_f16_take of rti_i16_fours */
+    float fields[8][16];            /* rti_f16_fields of a[at] on */
+    float twelve[16];               /* rti_f16_twelve */
+    float rows[3][16];              /* rti_f16_take of rti_i16_row of `at` modulo 3, and of the rti_i16_next of that, twice */
+    float least4[16];               /* rti_f16_least4 */
+    float kept[4][4], ends[4];      /* rti_f16_keep4 of what bits leave of one a four, a three times */
+    uint32_t taken[8];              /* rti_u8_take of numbers, lanes at[0] to at[3] modulo 8, twice */
+    uint16_t dealt[16];             /* rti_u16_deal of the numbers 0 to 15 by bytes of a's bits, by bit `from` modulo 8 */
+    uint32_t dealt_count;
 } simd_packed;
 
-/* min, max: of a and b, lane by lane, in the widest vectors; lt, le, eq: likewise, a bit a lane. Returns how many lanes. packed: of
- * a, bits (of eight lanes the lower eight), numbers, at and from; 0: this level has no such functions. */
+/* min, max: of a and b, lane by lane, in the widest vectors; lt, le, eq: likewise, a bit a lane. Returns how many lanes. packed:
+ * of a, bits (of eight lanes the lower eight), numbers, at and from; 0: this level has no such functions. */
 #define PROBE(name, level)                                                                                                       \
     uint32_t simd_compare_##name(const float a[16], const float b[16], float min[16], float max[16], uint32_t bits[3]);          \
     int simd_packed_##name(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,     \

@@ -135,7 +135,8 @@ static void test_pieces(void **state)
     static const char *const integrators[] = {"whitted", "path", "ao", "normal", "cost"};
     (void)state;
     for (size_t i = 0; i < RTI_COUNT(integrators); i++) {
-        rt_render_desc d = settings(WIDTH, HEIGHT, 16, integrators[i]);
+        /* more than one worker does in the 20 ms that it is given at a time */
+        rt_render_desc d = settings(WIDTH, HEIGHT, TEST_SANITIZED ? 16 : 64, integrators[i]);
         uint32_t runs, begun;
         outcome want, got;
         d.tile = 16;

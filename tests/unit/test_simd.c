@@ -88,7 +88,7 @@ static void check_eight(const float a[16], uint32_t bits, const uint32_t numbers
                 assert_true(key(a[p->least]) < key(a[i]) || (key(a[p->least]) == key(a[i]) && p->least <= i));
 }
 
-static void check_sixteen(const float a[16], uint32_t bits, const uint32_t at[4], uint32_t from, const simd_packed *p)
+static void check_sixteen(const float a[16], uint32_t bits, const uint32_t at[4], const simd_packed *p)
 {
     uint32_t n = 0, lanes[16] = {0};
     float low = a[0];
@@ -102,9 +102,42 @@ static void check_sixteen(const float a[16], uint32_t bits, const uint32_t at[4]
     assert_true(p->low == low);
     for (uint32_t i = 0; i < 16; i++)
         assert_true(same(p->put[i], i < n ? a[lanes[i]] : -1.0f)); /* nothing behind them */
-    for (uint32_t i = 0; i < 16; i++)
-        if (from + i / 4 < n)
-            assert_true(same(p->fours[i], a[lanes[from + i / 4]]));
+}
+
+static void check_fours(const float a[16], uint32_t bits, const uint32_t at[4], const simd_packed *p)
+{
+    for (uint32_t i = 0; i < 16; i++) {
+        const float *four = a + i / 4 * 4;
+        float least = four[0];
+        for (uint32_t k = 0; k < 8; k++)
+            assert_true(same(p->fields[k][i], a[at[i / 4] % 8 + k]));
+        for (uint32_t k = 0; k < 3; k++) {
+            assert_true(same(p->rows[k][i], a[(at[i / 4] + k) % 3 * 4 + i % 4]));
+            least = four[k + 1] < least ? four[k + 1] : least;
+        }
+        assert_true(p->least4[i] == least);
+        if (i < 12)
+            assert_true(same(p->twelve[i], a[i]));
+    }
+    for (uint32_t r = 0; r < 4; r++) {
+        const uint32_t some = bits >> 4 * r & 15u, k = some ? (uint32_t)__builtin_ctz(some) : 0;
+        const float want = some ? a[4 * r + k] : -1.0f;
+        for (uint32_t i = 0; i < 3; i++)
+            assert_true(same(p->kept[r][i], want));
+        assert_true(some ? rtk_bits(p->kept[r][3]) == 1000u + k : same(p->kept[r][3], -1.0f));
+        assert_true(same(p->ends[r], want));
+    }
+}
+
+static void check_lists(const uint32_t numbers[8], const uint32_t at[4], uint32_t from, const simd_packed *p)
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < 8; i++)
+        assert_int_equal(p->taken[i], numbers[at[i % 4] % 8]);
+    for (uint32_t i = 0; i < 16 && i < from + 4; i++)
+        if (numbers[i % 8] >> from % 8 & 1u)
+            assert_int_equal(p->dealt[n++], i);
+    assert_int_equal(p->dealt_count, n);
 }
 
 static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,
@@ -118,14 +151,16 @@ static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t
         float a[16];
         for (int i = 0; i < 16; i++) {
             a[i] = some_number(&g);
-            p.put[i] = -1.0f;
+            p.put[i] = p.kept[i / 4][i % 4] = p.ends[i % 4] = -1.0f;
             numbers[i % 8] = (uint32_t)(rng_unit(&g) * 1e6f);
             at[i % 4] = (uint32_t)(rng_unit(&g) * 16.0f) & 15u;
         }
         if (!probe(a, bits, numbers, at, from, &p))
             return;
         check_eight(a, bits, numbers, &p);
-        check_sixteen(a, bits, at, from, &p);
+        check_sixteen(a, bits, at, &p);
+        check_fours(a, bits, at, &p);
+        check_lists(numbers, at, from, &p);
     }
 }
 

@@ -34,7 +34,7 @@ static void walk(const rtk_scene *s, const test_targets *t, const char *tracer)
         rays[b].mask[k] = 0xffffffffu;
     }
     for (int way = 0; way < 3; way++) {
-        rti_scratch scratch = {.turns = way == 1};
+        rti_scratch scratch = {.room = test_room(), .turns = way == 1};
         tr->intersect(s, rays, hits, 64, way == 2 ? RTI_TRACE_COHERENT : 0, &scratch);
         tr->occluded(s, rays, occluded, 64, way == 2 ? RTI_TRACE_COHERENT : 0, &scratch);
     }

@@ -128,7 +128,7 @@ static void same_hits(const batch *b, const char *what, const char *name, const 
 /* The judge's answers for the batch's rays: hits, and occluded and the steps from hit to hit when all is asked for. */
 static void ask_judge(batch *b, const rtk_scene *s, const rti_tracer *judge, bool all)
 {
-    rti_scratch scratch = {.times = b->times};
+    rti_scratch scratch = {.room = test_room(), .times = b->times};
     judge->intersect(s, b->rays, b->hits, BATCH, 0, &scratch);
     if (!all)
         return;
@@ -146,7 +146,7 @@ static void ask_judge(batch *b, const rtk_scene *s, const rti_tracer *judge, boo
 /* Closest and any hits of one tracer, asked as a coherent batch, against the judge's; some rays are left out behind the count. */
 static void compare_coherent(batch *b, const rtk_scene *s, const rti_tracer *tracer, const char *what)
 {
-    rti_scratch scratch = {.times = b->times};
+    rti_scratch scratch = {.room = test_room(), .times = b->times};
     memcpy(b->other, b->hits, sizeof b->hits);
     tracer->intersect(s, b->rays, b->other, BATCH - 5, RTI_TRACE_COHERENT, &scratch);
     same_hits(b, what, tracer->name, b->hits, b->other);
@@ -161,7 +161,8 @@ static void compare_coherent(batch *b, const rtk_scene *s, const rti_tracer *tra
 /* One tracer against all that the judge has answered. */
 static void compare(batch *b, const rtk_scene *s, const rti_tracer *tracer, const char *what)
 {
-    rti_scratch scratch = {.times = b->times}, turns = {.times = b->times, .turns = true};
+    rti_scratch scratch = {.room = test_room(), .times = b->times},
+                turns = {.room = test_room(), .times = b->times, .turns = true};
     const bool wide = tracer->tree == RTK_TREE_BVH || tracer->tree == RTK_TREE_KD;
     for (int way = 0; way <= wide; way++) {
         tracer->intersect(s, b->rays, b->other, BATCH, 0, way ? &turns : &scratch);
@@ -232,11 +233,11 @@ static void sweep_closest(const test_world *w, uint64_t count, const char *what)
             fill_kinds(&b, &t, &rng, TEST_RAY_DENORMAL, 1);
         else
             fill_kinds(&b, &t, &rng, TEST_RAY_RANDOM + 1, TEST_RAY_DENORMAL - TEST_RAY_RANDOM - 1);
-        judge->intersect(&w->scene, b.rays, b.hits, BATCH, 0, &(rti_scratch){0});
+        judge->intersect(&w->scene, b.rays, b.hits, BATCH, 0, &(rti_scratch){.room = test_room()});
         for (uint32_t i = 0; i < rti_tracer_count(); i++) {
             if (rti_tracer_at(test_isa(), i) == judge)
                 continue;
-            rti_tracer_at(test_isa(), i)->intersect(&w->scene, b.rays, b.other, BATCH, 0, &(rti_scratch){0});
+            rti_tracer_at(test_isa(), i)->intersect(&w->scene, b.rays, b.other, BATCH, 0, &(rti_scratch){.room = test_room()});
             same_hits(&b, what, rti_tracer_at(test_isa(), i)->name, b.hits, b.other);
         }
     }
@@ -426,7 +427,7 @@ static void sees_through(test_world *w, rtk_material *materials)
     static batch b;
     test_targets t;
     test_rng rng = {34};
-    rti_scratch scratch = {0};
+    rti_scratch scratch = {.room = test_room()};
     uint32_t farther = 0;
     test_targets_init(&t, w);
     fill(&b, &t, &rng);
@@ -601,7 +602,7 @@ static void test_nothing(void **state)
     test_world_init(&w, ctx);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
     for (uint32_t i = 0; i < rti_tracer_count(); i++) {
-        rti_scratch scratch = {0};
+        rti_scratch scratch = {.room = test_room()};
         rti_tracer_at(test_isa(), i)->intersect(&w.scene, b->rays, b->hits, BATCH, 0, &scratch);
         rti_tracer_at(test_isa(), i)->occluded(&w.scene, b->rays, b->occluded, BATCH, 0, &scratch);
         for (uint32_t k = 0; k < BATCH; k++) {

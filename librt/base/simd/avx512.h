@@ -59,12 +59,6 @@ RTI_VEC void rti_f16_put(float *p, uint32_t bits, rti_f16 a)
     _mm512_mask_storeu_ps(p, some, _mm512_maskz_compress_ps((__mmask16)bits, a));
 }
 typedef __m512i rti_i16;
-RTI_VEC rti_i16 rti_i16_fours(uint32_t bits, uint32_t from)
-{
-    const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    const __m512i which = _mm512_add_epi32(_mm512_srli_epi32(lane, 2), _mm512_set1_epi32((int)from));
-    return _mm512_permutexvar_epi32(which, _mm512_maskz_compress_epi32((__mmask16)bits, lane));
-}
 RTI_VEC rti_f16 rti_f16_take(rti_f16 a, rti_i16 from)
 {
     return _mm512_permutexvar_ps(from, a);
@@ -79,6 +73,79 @@ RTI_VEC rti_f16 rti_f16_each(const float *p, const uint32_t at[4])
 RTI_VEC rti_f16 rti_f16_row(const float *p)
 {
     return _mm512_broadcast_f32x4(_mm_loadu_ps(p));
+}
+RTI_VEC rti_f16 rti_f16_twelve(const float *p)
+{
+    return _mm512_maskz_loadu_ps((__mmask16)0x0fff, p);
+}
+RTI_VEC rti_i16 rti_i16_row(rti_f16 a)
+{
+    const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
+    return _mm512_add_epi32(_mm512_slli_epi32(_mm512_cvttps_epi32(a), 2), lane);
+}
+RTI_VEC rti_i16 rti_i16_next(rti_i16 a)
+{
+    const __m512i next = _mm512_add_epi32(a, _mm512_set1_epi32(4));
+    return _mm512_mask_sub_epi32(next, _mm512_cmpgt_epi32_mask(next, _mm512_set1_epi32(11)), next, _mm512_set1_epi32(12));
+}
+RTI_VEC void rti_u8_take(uint32_t *to, const uint32_t *from, const uint32_t *lane)
+{
+    _mm256_storeu_si256((__m256i *)(void *)to, _mm256_permutexvar_epi32(_mm256_loadu_si256((const __m256i *)(const void *)lane),
+                                                                        _mm256_loadu_si256((const __m256i *)(const void *)from)));
+}
+typedef __m128i rti_b16;
+RTI_VEC rti_b16 rti_b16_load(const uint8_t *p)
+{
+    return _mm_loadu_si128((const __m128i *)(const void *)p);
+}
+RTI_VEC uint32_t rti_u16_deal(uint16_t *to, const uint16_t *from, rti_b16 bytes, uint32_t bit, uint32_t n)
+{
+    const __m512i all = _mm512_cvtepu16_epi32(_mm256_loadu_si256((const __m256i *)(const void *)from));
+    uint32_t some = _mm_test_epi8_mask(bytes, _mm_set1_epi8((char)(1u << bit)));
+    some &= n < 16u ? (1u << n) - 1u : 0xffffu;
+    _mm256_storeu_si256((__m256i *)(void *)to, _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32((__mmask16)some, all)));
+    return (uint32_t)__builtin_popcount(some);
+}
+RTI_VEC void rti_f16_fields(const float *p, const uint32_t at[4], rti_f16 out[8])
+{
+    const __m512 a = _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(p + at[0])), _mm256_loadu_ps(p + at[1]), 1);
+    const __m512 b = _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(p + at[2])), _mm256_loadu_ps(p + at[3]), 1);
+    __m512i k = _mm512_setr_epi32(0, 0, 0, 0, 8, 8, 8, 8, 16, 16, 16, 16, 24, 24, 24, 24);
+    for (uint32_t i = 0; i < 8; i++, k = _mm512_add_epi32(k, _mm512_set1_epi32(1)))
+        out[i] = _mm512_permutex2var_ps(a, k, b);
+}
+RTI_VEC rti_f16 rti_f16_least4(rti_f16 a)
+{
+    a = _mm512_min_ps(a, _mm512_permute_ps(a, 0xb1));
+    return _mm512_min_ps(a, _mm512_permute_ps(a, 0x4e));
+}
+RTI_VEC void rti_f16_keep4(float *hit, float *end, const uint32_t hit_at[4], const uint32_t end_at[4], uint32_t take, rti_f16 t,
+                           rti_f16 u, rti_f16 v, uint32_t place)
+{
+    const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
+    const __m512 w = _mm512_castsi512_ps(_mm512_add_epi32(lane, _mm512_set1_epi32((int)place)));
+    const __m512 tu0 = _mm512_unpacklo_ps(t, u), tu1 = _mm512_unpackhi_ps(t, u), vw0 = _mm512_unpacklo_ps(v, w),
+                 vw1 = _mm512_unpackhi_ps(v, w);
+#define PAIR(a, b, how) _mm512_castpd_ps(_mm512_##how##_pd(_mm512_castps_pd(a), _mm512_castps_pd(b)))
+    const __m512 r0 = PAIR(tu0, vw0, unpacklo), r1 = PAIR(tu0, vw0, unpackhi), r2 = PAIR(tu1, vw1, unpacklo),
+                 r3 = PAIR(tu1, vw1, unpackhi);
+#undef PAIR
+    const __m512i of = _mm512_maskz_mov_epi32((__mmask16)take, lane);
+    __m512i which = _mm512_or_si512(of, _mm512_shuffle_epi32(of, 0xb1));
+    which = _mm512_or_si512(which, _mm512_shuffle_epi32(which, 0x4e));
+    __m512 r = r0;
+    r = _mm512_mask_mov_ps(r, _mm512_cmpeq_epi32_mask(which, _mm512_set1_epi32(1)), r1);
+    r = _mm512_mask_mov_ps(r, _mm512_cmpeq_epi32_mask(which, _mm512_set1_epi32(2)), r2);
+    r = _mm512_mask_mov_ps(r, _mm512_cmpeq_epi32_mask(which, _mm512_set1_epi32(3)), r3);
+#define KEEP(i)                                                                                                                  \
+    {                                                                                                                            \
+        const __m128 x = _mm512_extractf32x4_ps(r, i);                                                                           \
+        const __mmask8 m = take >> 4 * i & 15u ? 15 : 0;                                                                         \
+        _mm_mask_storeu_ps(hit + hit_at[i], m, x);                                                                               \
+        _mm_mask_store_ss(end + end_at[i], m & 1, x);                                                                            \
+    }
+    KEEP(0) KEEP(1) KEEP(2) KEEP(3)
+#undef KEEP
 }
 RTI_VEC float rti_f16_low(rti_f16 a)
 {

@@ -1,0 +1,36 @@
+/* Working memory of calls that take none from their caller: each thread that is in such a call has a room of its own, and rooms
+ * are kept for the next ones. */
+#include "context.h"
+
+void *rti_room_take(rt_context *ctx, size_t size)
+{
+    for (uint32_t i = 0; i < RTI_ROOMS; i++) {
+        void *room = atomic_load_explicit(&ctx->rooms[i], memory_order_relaxed) ? atomic_exchange(&ctx->rooms[i], NULL) : NULL;
+        if (room)
+            return room;
+    }
+    return rti_alloc(ctx, size);
+}
+
+void rti_room_give(rt_context *ctx, void *room, size_t size)
+{
+    for (uint32_t i = 0; room && i < RTI_ROOMS; i++) {
+        void *none = NULL;
+        atomic_store_explicit(&ctx->room_size, size, memory_order_relaxed);
+        if (atomic_compare_exchange_strong(&ctx->rooms[i], &none, room))
+            return;
+    }
+    rti_free(ctx, room, size);
+}
+
+bool rti_rooms_drop(rt_context *ctx)
+{
+    const size_t size = atomic_load_explicit(&ctx->room_size, memory_order_relaxed);
+    bool some = false;
+    for (uint32_t i = 0; i < RTI_ROOMS; i++) {
+        void *room = atomic_exchange(&ctx->rooms[i], NULL);
+        some |= room != NULL;
+        rti_free(ctx, room, size);
+    }
+    return some;
+}

@@ -1,0 +1,20 @@
+/* Rays of plain arrays to a tracer and its answers back, for rt_scene_* and rt_tracer_*. */
+#ifndef RTI_ARRAYS_H
+#define RTI_ARRAYS_H
+
+#include "../trace/trace.h"
+#include "parts.h"
+
+#define RTI_ARRAYS_GUESS 0xffffffffu /* flags: nobody has said what the rays are like, so they are looked at */
+
+/* times: [count] or NULL. flags: RTI_TRACE_COHERENT, 0, or GUESS. Any thread; the snapshot is held by the caller. */
+void rti_arrays_intersect(const rti_snapshot *snapshot, const struct rti_tracer *tracer, const rt_ray *rays, const float *times,
+                          rt_hit *hits, size_t count, uint32_t flags);
+void rti_arrays_occluded(const rti_snapshot *snapshot, const struct rti_tracer *tracer, const rt_ray *rays, const float *times,
+                         uint8_t *occluded, size_t count, uint32_t flags);
+
+/* For rays that stand in blocks: working memory for a tracer; NULL when there is none, or a few rays need none. */
+void *rti_trace_room_take(rt_context *ctx, size_t count);
+void rti_trace_room_give(rt_context *ctx, void *room);
+
+#endif

@@ -1,0 +1,217 @@
+/* Rays that are not coherent, in batches long enough for streams to fill and run before their end (trace/bvh_stream.h): every
+ * tracer against brute force, bit for bit. Rays beside each other that point everywhere, or all into one octant; rays that start
+ * all over the scene; such rays where hardly anything is, beside a plane, among geometry of two sizes, and where every box holds
+ * all others, so that lists find no room. Among them are rays that are none, and ones that see nothing. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+#include <math.h>
+#include <string.h>
+
+#include "support/generate.h"
+#include "support/rays.h"
+
+#define MOST (8192u + 2048u)
+#define FEW  2048u /* for what brute force takes long for */
+
+typedef struct answers {
+    rtk_hit_block hits[MOST / RTK_BLOCK];
+    uint16_t occluded[MOST / RTK_BLOCK];
+} answers;
+
+static rtk_trace_block rays[MOST / RTK_BLOCK];
+static answers brute, other;
+
+/* What the rays are. near: so far from the middle do runs of 256 start, each run within a thousandth of that; 0: rays start
+ * anywhere within `size`. */
+typedef struct kind {
+    const char *what;
+    float near, size;
+    bool octant;   /* all point into one */
+    uint32_t mask; /* of the geometry; one that is not full keeps rays from the quickest ways */
+    bool plane;
+    uint32_t count, least, most; /* how many rays, and of how many there are to be hits */
+} kind;
+
+static void fill(const kind *of, uint64_t seed)
+{
+    const float near = of->near, size = of->size;
+    const bool octant = of->octant;
+    test_rng rng = {seed};
+    float middle[3] = {0};
+    for (uint32_t i = 0; i < MOST; i++) {
+        rtk_trace_block *b = &rays[i / RTK_BLOCK];
+        const uint32_t k = i % RTK_BLOCK;
+        float *org[3] = {&b->ox[k], &b->oy[k], &b->oz[k]}, *dir[3] = {&b->dx[k], &b->dy[k], &b->dz[k]};
+        for (int a = 0; a < 3; a++) {
+            if (near > 0.0f && i % 256 == 0)
+                middle[a] = test_range(&rng, -near, near);
+            *org[a] = near > 0.0f ? middle[a] + 1e-3f * test_range(&rng, -near, near) : test_range(&rng, -size, size);
+            *dir[a] = test_range(&rng, octant ? 0.001f : -1.0f, 1.0f);
+        }
+        b->tmin[k] = 0.0f;
+        b->tmax[k] = i % 5 ? RTK_INF : test_range(&rng, 0.0f, 2.0f);
+        b->mask[k] = i % 97 ? 0xffffffffu : 0u;
+        if (i % 101 == 0)
+            *dir[i % 3] = NAN;
+        if (i % 103 == 0)
+            *org[i % 3] = i % 2 ? INFINITY : NAN;
+        if (i % 107 == 0)
+            *dir[0] = *dir[1] = *dir[2] = 0.0f;
+        if (i % 109 == 0)
+            *dir[i % 3] = i % 2 ? 0.0f : -0.0f;
+        if (i % 113 == 0)
+            b->tmax[k] = -1.0f;
+    }
+}
+
+static void ask(const rtk_scene *s, const rti_tracer *tracer, uint32_t count, bool turns, answers *a)
+{
+    rti_scratch scratch = {.room = test_room(), .turns = turns};
+    memset(a, 0x55, sizeof *a);
+    tracer->intersect(s, rays, a->hits, count, 0, &scratch);
+    tracer->occluded(s, rays, a->occluded, count, 0, &scratch);
+    assert_int_equal(scratch.stats.rays, 2 * count);
+}
+
+static void compare(const char *what, const char *name, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const rtk_hit_block *p = &brute.hits[i / RTK_BLOCK], *q = &other.hits[i / RTK_BLOCK];
+        const uint32_t k = i % RTK_BLOCK;
+        const bool hidden = brute.occluded[i / RTK_BLOCK] >> k & 1u;
+        const bool same = rtk_bits(p->t[k]) == rtk_bits(q->t[k]) && rtk_bits(p->u[k]) == rtk_bits(q->u[k]) &&
+                          rtk_bits(p->v[k]) == rtk_bits(q->v[k]) && p->prim[k] == q->prim[k] && p->geom[k] == q->geom[k] &&
+                          p->inst[k] == q->inst[k];
+        if (!same)
+            fail_msg("%s, %s, %u rays: ray %u: brute t %a prim %u, here t %a prim %u", what, name, count, i, p->t[k], p->prim[k],
+                     q->t[k], q->prim[k]);
+        if (hidden != (other.occluded[i / RTK_BLOCK] >> k & 1u))
+            fail_msg("%s, %s, %u rays: ray %u: brute says %d of any hit", what, name, count, i, hidden);
+    }
+}
+
+/* All tracers with batches of several lengths. */
+static void sweep(const rtk_scene *s, const kind *a)
+{
+    const uint32_t counts[] = {a->count, a->count - 5, 4096, 1024, 300, 70, 64, 15, 8, 1};
+    const rti_tracer *judge = rti_tracer_find(test_isa(), "brute");
+    uint32_t hits = 0;
+    ask(s, judge, a->count, false, &brute);
+    for (uint32_t i = 0; i < a->count; i++)
+        hits += brute.hits[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;
+    assert_in_range(hits, a->least, a->most);
+    for (uint32_t i = 0; i < rti_tracer_count(); i++)
+        for (uint32_t c = 0; c < 2 * sizeof counts / sizeof *counts; c++) {
+            const rti_tracer *tracer = rti_tracer_at(test_isa(), i);
+            const uint32_t count = counts[c / 2];
+            if (tracer == judge || count > a->count || (c % 2 && tracer->tree == RTK_TREE_OCTREE))
+                continue;
+            ask(s, tracer, count, c % 2, &other);
+            compare(a->what, tracer->name, count);
+        }
+}
+
+static void with_mesh(const test_mesh *m, const kind *a)
+{
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    test_world w;
+    d.workers = 1;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    test_world_init(&w, ctx);
+    test_world_mesh(&w, 0, m, a->mask);
+    if (a->plane)
+        test_world_plane(&w, 0, (float[3]){0.0f, -0.25f, 0.0f}, (float[3]){0.1f, 1.0f, -0.2f}, 0xffffffffu);
+    assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+    fill(a, 11);
+    sweep(&w.scene, a);
+    test_world_free(&w);
+    rt_context_destroy(ctx);
+}
+
+#define ALL 0xffffffffu
+
+static void test_room_of_triangles(void **state)
+{
+    const kind kinds[] = {
+        {.what = "rays beside each other", .near = 0.5f, .mask = ALL, .count = MOST, .least = MOST / 2, .most = MOST},
+        {.what = "into one octant", .near = 0.5f, .octant = true, .mask = ALL, .count = MOST, .least = MOST / 2, .most = MOST},
+        {.what = "beside each other, masks", .near = 0.5f, .mask = 0x7fffffffu, .count = FEW, .least = FEW / 2, .most = FEW},
+        {.what = "beside a plane", .near = 0.5f, .mask = ALL, .plane = true, .count = FEW, .least = FEW / 2, .most = FEW},
+        {.what = "rays all over", .size = 1.5f, .mask = ALL, .count = MOST, .least = MOST / 4, .most = MOST}};
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_soup(&m, 800, 0.2f, 5);
+    test_mesh_soup(&m, 8, 3.0f, 6);
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        with_mesh(&m, &kinds[i]);
+    test_mesh_free(&m);
+}
+
+/* Six small triangles, and two far away that make the scene large. */
+static void test_emptiness(void **state)
+{
+    const kind kinds[] = {
+        {.what = "rays all over nothing", .size = 20.0f, .mask = ALL, .count = MOST, .least = 1, .most = MOST / 4},
+        {.what = "rays beside each other by nothing", .near = 3.0f, .mask = ALL, .count = MOST, .least = 1, .most = MOST / 2}};
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_soup(&m, 6, 1.0f, 5);
+    for (int i = 0; i < 2; i++) {
+        const float x = i ? 20.0f : -20.0f;
+        test_mesh_add(&m, (float[3]){x, x, x}, (float[3]){x + 1.0f, x, x}, (float[3]){x, x + 1.0f, x});
+    }
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        with_mesh(&m, &kinds[i]);
+    test_mesh_free(&m);
+}
+
+/* A soup, and another a ten thousandth its size: parts with trees of their own. */
+static void test_two_sizes(void **state)
+{
+    const kind kinds[] = {
+        {.what = "two sizes, beside each other", .near = 1e-4f, .mask = ALL, .count = FEW, .least = FEW / 2, .most = FEW},
+        {.what = "two sizes, all over, a plane",
+         .size = 1.5f,
+         .mask = ALL,
+         .plane = true,
+         .count = FEW,
+         .least = FEW / 2,
+         .most = FEW}};
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_soup(&m, 400, 0.3f, 5);
+    const uint32_t large = m.count;
+    test_mesh_soup(&m, 400, 0.3f, 7);
+    for (uint32_t i = large; i < m.count; i++)
+        for (int k = 0; k < 3; k++) {
+            m.tris[i].v0[k] *= 1e-4f;
+            m.tris[i].v1[k] *= 1e-4f;
+            m.tris[i].v2[k] *= 1e-4f;
+        }
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        with_mesh(&m, &kinds[i]);
+    test_mesh_free(&m);
+}
+
+/* Triangles as large as all of them together: a ray enters nearly every box, and lists are as long as streams. */
+static void test_no_room(void **state)
+{
+    const kind kinds[] = {
+        {.what = "no room", .near = 0.5f, .octant = true, .mask = ALL, .count = MOST, .least = MOST / 2, .most = MOST}};
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_soup(&m, 600, 3.0f, 9);
+    with_mesh(&m, &kinds[0]);
+    test_mesh_free(&m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_room_of_triangles), cmocka_unit_test(test_emptiness),
+                                       cmocka_unit_test(test_two_sizes), cmocka_unit_test(test_no_room)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
