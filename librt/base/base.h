@@ -29,11 +29,12 @@
 void *rti_alloc(rt_context *ctx, size_t size);
 void *rti_alloc_zero(rt_context *ctx, size_t size);
 void *rti_alloc_array(rt_context *ctx, size_t count, size_t size); /* checks the product */
+void *rti_alloc_spare(rt_context *ctx, size_t size); /* for what may be done without: nothing that is kept for later makes way */
 void *rti_realloc(rt_context *ctx, void *ptr, size_t old_size, size_t new_size);
 void rti_free(rt_context *ctx, void *ptr, size_t size); /* NULL is fine */
 
 /* A block of `size` bytes, the same in all calls, that a thread works in while it is in a query, and gives back before it returns
- * (room.c). The context keeps it for the next. NULL: no memory; the query then does without. Any thread. */
+ * (room.c). The context keeps it for the next. NULL: no memory is left beside what is kept; the query then does without. Any thread. */
 void *rti_room_take(rt_context *ctx, size_t size);
 void rti_room_give(rt_context *ctx, void *room, size_t size); /* NULL is fine */
 

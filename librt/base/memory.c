@@ -59,7 +59,7 @@ static unsigned char *take(rt_context *ctx, size_t size)
     return raw;
 }
 
-void *rti_alloc(rt_context *ctx, size_t size)
+static void *block(rt_context *ctx, size_t size, bool relieve)
 {
     unsigned char *raw, *ptr;
     if (size == 0)
@@ -67,7 +67,7 @@ void *rti_alloc(rt_context *ctx, size_t size)
     if (size > SIZE_MAX / 2)
         return NULL;
     raw = take(ctx, whole_size(size));
-    if (!raw && rti_context_relieve(ctx)) /* what is only kept for later may be what stands in the way */
+    if (!raw && relieve && rti_context_relieve(ctx)) /* what is only kept for later may be what stands in the way */
         raw = take(ctx, whole_size(size));
     if (!raw)
         return NULL;
@@ -75,6 +75,16 @@ void *rti_alloc(rt_context *ctx, size_t size)
     ptr[-1] =
         (unsigned char)(ptr - raw); /* 16 ... 64: malloc's alignment is at least 16 on the systems we know, and 1 suffices */
     return ptr;
+}
+
+void *rti_alloc(rt_context *ctx, size_t size)
+{
+    return block(ctx, size, true);
+}
+
+void *rti_alloc_spare(rt_context *ctx, size_t size)
+{
+    return block(ctx, size, false);
 }
 
 void *rti_alloc_zero(rt_context *ctx, size_t size)

@@ -9,7 +9,7 @@ void *rti_room_take(rt_context *ctx, size_t size)
         if (room)
             return room;
     }
-    return rti_alloc(ctx, size);
+    return rti_alloc_spare(ctx, size);
 }
 
 void rti_room_give(rt_context *ctx, void *room, size_t size)
@@ -25,12 +25,12 @@ void rti_room_give(rt_context *ctx, void *room, size_t size)
 
 bool rti_rooms_drop(rt_context *ctx)
 {
-    const size_t size = atomic_load_explicit(&ctx->room_size, memory_order_relaxed);
     bool some = false;
     for (uint32_t i = 0; i < RTI_ROOMS; i++) {
         void *room = atomic_exchange(&ctx->rooms[i], NULL);
+        if (room) /* whoever gave it has stored its size before */
+            rti_free(ctx, room, atomic_load_explicit(&ctx->room_size, memory_order_relaxed));
         some |= room != NULL;
-        rti_free(ctx, room, size);
     }
     return some;
 }
