@@ -20,6 +20,8 @@
  *   rti_f16_row(p)            p[0] to p[3], four times
  *   rti_f16_each(p, at)       p[at[0]] four times, p[at[1]] four times, to p[at[3]]
  *   rti_f16_fields(p, at, a)  a[k] is p[at[0] + k] four times, p[at[1] + k] four times, to p[at[3] + k], for k below 8
+ *   rti_f16_records(p, at, a) a[k] has p[8 at[i] + k] in lane i, for k below 8; at: sixteen of sixteen bits
+ *   rti_f16_spread(a, to)     to[i][k] is lane i of a[k], for k below 8; in their order, so a later one may be in the same place
  *   rti_f16_twelve(p)         p[0] to p[11]
  *   rti_f16_take(a, lanes)    those lanes of a, for
  *   rti_i16_row(a)            of each number in a, 0, 1 or 2, that row of three rows of four lanes, for
@@ -32,6 +34,7 @@
  *   rti_u16_deal(p, a, bytes, i, n)
  *                             of a[0] to a[n - 1], at most 16, those side by side whose byte has bit i; returns how many. All sixteen
  *                             places behind p are written, those behind a read; rti_b16_load(p) loads sixteen bytes
+ *   rti_u16_put(p, a, bits)   of a[0] to a[15] those chosen by bits, side by side; returns how many. Reads and writes as that
  *   rti_f8_sorted(t, lane, bits, a)
  *                             the chosen lanes of a and their numbers, the greatest first, as good as 21 bits of mantissa tell; of
  *                             equal ones, as which negative ones and NaN count, the first; all eight places behind t and lane are

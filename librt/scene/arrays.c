@@ -1,12 +1,13 @@
 /* Rays of plain arrays are gathered into blocks, traced, and their hits scattered: MANY at a time in a room of the context, which
- * a tracer can do most with; a few, or where no memory is to be had, on the stack. */
+ * a tracer can do most with (coherent ones NEAR at a time); a few, or where no memory is to be had, on the stack. */
 #include "arrays.h"
 
 #include "gather.h"
 
-#define MANY    4096u
-#define FEW     256u /* 15 KiB of blocks */
-#define ROOMY   32u  /* rays for which a room is taken */
+#define MANY    16384u
+#define NEAR    4096u /* coherent rays, for which blocks had better stay in the nearer caches */
+#define FEW     256u  /* 15 KiB of blocks */
+#define ROOMY   32u   /* rays for which a room is taken */
 #define HITS_AT (MANY / RTK_BLOCK * sizeof(rtk_trace_block))
 #define ROOM_AT (HITS_AT + MANY / RTK_BLOCK * sizeof(rtk_hit_block))
 #define ROOM    (ROOM_AT + RTI_TRACE_ROOM)
@@ -55,12 +56,15 @@ static void desk_close(desk *d, const rti_snapshot *s)
 /* The next rays stand in their blocks; returns how many. */
 static uint32_t desk_take(desk *d, const rt_ray *rays, const float *times, size_t left, uint32_t *flags)
 {
-    const uint32_t n = left < d->most ? (uint32_t)left : d->most;
-    rti_gather(rays, n, d->rays);
+    const uint32_t most = left < d->most ? (uint32_t)left : d->most, near = most < NEAR ? most : NEAR;
+    rti_gather(rays, near, d->rays);
     d->scratch.times = times;
     if (*flags == RTI_ARRAYS_GUESS)
-        *flags = rti_guess(d->rays, n);
-    return n;
+        *flags = rti_guess(d->rays, near);
+    if (*flags & RTI_TRACE_COHERENT)
+        return near;
+    rti_gather(rays + near, most - near, d->rays + near / RTK_BLOCK);
+    return most;
 }
 
 void rti_arrays_intersect(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,

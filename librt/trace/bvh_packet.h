@@ -62,14 +62,19 @@ RTI_VEC rtk_u32 packet_number(const packet *p, rtk_u32 lane)
     return p->first + lane;
 }
 
-/* Of RTI_SIMD rays the order of axes and the octant. */
-RTI_VEC void packet_key(packet *p, const packet_rays *r, rtk_u32 at)
+/* Of RTI_SIMD rays the order of axes, and that and the octant. */
+RTI_VEC void packet_rays_key(const packet_rays *r, vec *kind, vec *key)
 {
     const vec zero = V(set)(0.0f), third = V(select)(VM(of)(r->axes[2]), V(set)(2.0f), zero);
-    const vec kind = V(select)(VM(of)(r->axes[1]), V(set)(1.0f), third);
-    vec key = kind;
+    *kind = V(select)(VM(of)(r->axes[1]), V(set)(1.0f), third);
+    *key = *kind;
     for (rtk_u32 i = 0u; i < 3u; i++)
-        key = key + V(select)(VM(of)(r->back[i]), V(set)((float)(4u << i)), zero);
+        *key = *key + V(select)(VM(of)(r->back[i]), V(set)((float)(4u << i)), zero);
+}
+RTI_VEC void packet_key(packet *p, const packet_rays *r, rtk_u32 at)
+{
+    vec kind, key;
+    packet_rays_key(r, &kind, &key);
     const vec_whole axis = __builtin_convertvector(key, vec_whole);
     V(store)(p->kind + at, kind);
     V(store)(p->key + at, key);

@@ -16,22 +16,28 @@ static void RTK_NAME(packet_single)(packet *p, const rtk_part *part, uint64_t ra
     }
 }
 
-/* A ray of a stream by itself. */
-static void RTK_NAME(stream_single)(streams *a, stream *s, rtk_u32 l)
+/* A ray of the batch by itself. */
+static void RTK_NAME(stream_alone)(streams *a, rtk_u32 number)
 {
     rtk_query q;
     rtk_pray r;
+    stream_query(a, number, &q);
+    if (!rtk_ray_prepare(q.ray, a->part->lo, a->part->hi, a->part->scale, &r))
+        return;
+    if (RTK_NAME(group_walk)(&q, a->tree, a->part->count, &r, 0.0f))
+        stream_occluded(a, number);
+    else if (!(RTK_MODE & RTK_MODE_ANY))
+        stream_keep(a, number, q.best);
+}
+
+/* A ray of a stream by itself. */
+static void RTK_NAME(stream_single)(streams *a, stream *s, rtk_u32 l)
+{
     if (s->ray[l].t1 == -RTK_INF)
         return;
     if (!(RTK_MODE & RTK_MODE_ANY))
         stream_settle(a, s, l);
-    stream_query(a, s->number[l], &q);
-    if (!rtk_ray_prepare(q.ray, a->part->lo, a->part->hi, a->part->scale, &r))
-        return;
-    if (RTK_NAME(group_walk)(&q, a->tree, a->part->count, &r, 0.0f))
-        stream_done(a, s, l);
-    else if (!(RTK_MODE & RTK_MODE_ANY))
-        stream_keep(a, s->number[l], q.best);
+    RTK_NAME(stream_alone)(a, s->number[l]);
     s->ray[l].t1 = -RTK_INF;
     s->hit[l].t = -RTK_INF; /* nothing is nearer */
 }
@@ -49,6 +55,7 @@ static void RTK_NAME(stream_run)(streams *a, rtk_u32 first, rtk_u32 last)
         for (rtk_u32 i = 0u; i < live; i++) {
             stream *s = &a->of[which[i]];
             const rtk_u32 left = stream_step(a, which[i], RTK_MODE);
+            a->scratch->stats.crowded += left;
             for (rtk_u32 k = 0u; k < left; k++)
                 RTK_NAME(stream_single)(a, s, a->now[k]);
             if (s->top == 0u)
@@ -79,7 +86,7 @@ static void RTK_NAME(stream_flush)(streams *a, rtk_u32 room)
 static void RTK_NAME(packet_others)(packet *p, streams *a, const rtk_part *part, uint64_t rays)
 {
     if (a && rays != 0u)
-        rays = stream_join(a, p, rays);
+        rays = stream_join(a, RTK_MODE, p, rays);
     RTK_NAME(packet_single)(p, part, rays);
 }
 
@@ -138,6 +145,14 @@ RTI_VEC void RTK_NAME(packet_out)(const packet *p, rtk_u32 n, rtk_hit_block *hit
     }
 }
 
+/* Rays [first, first + n) into streams, without more ado. */
+static void RTK_NAME(stream_all)(streams *a, rtk_u32 first, rtk_u32 n, int again)
+{
+    for (rtk_u32 at = 0u; at < n; at += RTI_SIMD)
+        for (rtk_u32 left = stream_load(a, RTK_MODE, first + at, n - at, again); left != 0u; left &= left - 1u)
+            RTK_NAME(stream_alone)(a, first + at + (rtk_u32)__builtin_ctz(left));
+}
+
 /* Rays where all there is is the scene's own triangles, shapes and planes. */
 static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                             uint32_t count, rti_scratch *scratch, int coherent)
@@ -156,6 +171,11 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
         for (rtk_u32 first = 0u; first < count; first += PACKET) {
             const rtk_u32 n = rtk_umin(count - first, PACKET);
             packet_expect_rays(rays, first + PACKET, count);
+            if (on && !coherent && (k != 0u || g->plane_count == 0u)) {
+                RTK_NAME(stream_all)(a, first, n, k != 0u);
+                RTK_NAME(stream_flush)(a, PACKET);
+                continue;
+            }
             uint64_t valid = packet_load(&p, scene, rays, first, n, scratch);
             if (k != 0u)
                 packet_again(&p, RTK_MODE, n, hits, occluded);

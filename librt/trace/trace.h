@@ -13,15 +13,15 @@
 #define RTI_TRACE_AFTER 4u
 #define RTI_TRACE_STEPS 8u /* scratch->steps: what each ray cost */
 
-/* What a worker lends a tracer. stats are added to: rays always, the others with RTI_TRACE_STEPS (no loop counts unasked). steps
- * (may be NULL) has count entries then. nodes: inner nodes. */
+/* What a worker lends a tracer. stats are added to: rays and crowded always, the others with RTI_TRACE_STEPS (no loop counts
+ * unasked). steps (may be NULL) has count entries then. nodes: inner nodes; crowded: rays that left a stream for want of room. */
 typedef struct rti_trace_stats {
-    uint64_t rays, nodes, leaves, tests;
+    uint64_t rays, nodes, leaves, tests, crowded;
 } rti_trace_stats;
 typedef struct rti_steps {
     uint32_t nodes, leaves, tests;
 } rti_steps;
-#define RTI_TRACE_ROOM ((size_t)1152 << 10)
+#define RTI_TRACE_ROOM ((size_t)2304 << 10)
 typedef struct rti_scratch {
     const float *times; /* [count]: of each ray, 0 to 1; NULL: all are at 0 */
     rti_trace_stats stats;

@@ -55,6 +55,19 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
     rti_f16_keep4(out->kept[0], out->ends, place, end, one, sixteen, sixteen, sixteen, 1000u);
     rti_u8_take(out->taken, numbers, lanes);
     out->dealt_count = rti_u16_deal(out->dealt, count, rti_b16_load(bytes), from % 8u, from + 4u);
+    float all[16][8], *to[16];
+    uint16_t reverse[16];
+    for (int i = 0; i < 16; i++) {
+        reverse[i] = (uint16_t)(15 - i);
+        to[i] = out->spread[15 - i];
+        for (int k = 0; k < 8; k++)
+            all[i][k] = (float)(8 * i + k);
+    }
+    rti_f16_records(all[0], reverse, fields);
+    for (int k = 0; k < 8; k++)
+        rti_f16_store(out->records[k], fields[k]);
+    rti_f16_spread(fields, to);
+    out->chosen_count = rti_u16_put(out->chosen, count, bits & 0xffffu);
     return 1;
 #else
     (void)a;

@@ -20,6 +20,10 @@ typedef struct simd_packed {
     uint32_t taken[8];              /* rti_u8_take of numbers, lanes at[0] to at[3] modulo 8, twice */
     uint16_t dealt[16];             /* rti_u16_deal of the numbers 0 to 15 by bytes of a's bits, by bit `from` modulo 8 */
     uint32_t dealt_count;
+    float records[8][16],
+        spread[16][8]; /* rti_f16_records of sixteen records of eight numbers, 0 to 127, the last first; rti_f16_spread of that */
+    uint16_t chosen[16]; /* rti_u16_put of the numbers 0 to 15 by bits */
+    uint32_t chosen_count;
 } simd_packed;
 
 /* min, max: of a and b, lane by lane, in the widest vectors; lt, le, eq: likewise, a bit a lane. Returns how many lanes. packed:

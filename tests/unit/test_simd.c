@@ -129,7 +129,7 @@ static void check_fours(const float a[16], uint32_t bits, const uint32_t at[4], 
     }
 }
 
-static void check_lists(const uint32_t numbers[8], const uint32_t at[4], uint32_t from, const simd_packed *p)
+static void check_lists(uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from, const simd_packed *p)
 {
     uint32_t n = 0;
     for (uint32_t i = 0; i < 8; i++)
@@ -138,6 +138,16 @@ static void check_lists(const uint32_t numbers[8], const uint32_t at[4], uint32_
         if (numbers[i % 8] >> from % 8 & 1u)
             assert_int_equal(p->dealt[n++], i);
     assert_int_equal(p->dealt_count, n);
+    n = 0;
+    for (uint32_t i = 0; i < 16; i++) {
+        for (uint32_t k = 0; k < 8; k++) {
+            assert_true(p->records[k][i] == (float)(8 * (15 - i) + k));
+            assert_true(p->spread[i][k] == (float)(8 * i + k));
+        }
+        if (bits >> i & 1)
+            assert_int_equal(p->chosen[n++], i);
+    }
+    assert_int_equal(p->chosen_count, n);
 }
 
 static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,
@@ -160,7 +170,7 @@ static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t
         check_eight(a, bits, numbers, &p);
         check_sixteen(a, bits, at, &p);
         check_fours(a, bits, at, &p);
-        check_lists(numbers, at, from, &p);
+        check_lists(bits, numbers, at, from, &p);
     }
 }
 

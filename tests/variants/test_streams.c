@@ -1,7 +1,8 @@
 /* Rays that are not coherent, in batches long enough for streams to fill and run before their end (trace/bvh_stream.h): every
  * tracer against brute force, bit for bit. Rays beside each other that point everywhere, or all into one octant; rays that start
- * all over the scene; such rays where hardly anything is, beside a plane, among geometry of two sizes, and where every box holds
- * all others, so that lists find no room. Among them are rays that are none, and ones that see nothing. */
+ * all over the scene; such rays where hardly anything is, beside a plane, among geometry of two sizes, where every box holds all
+ * others, so that lists find no room, and where hits lie so near that their t are denormal. Among them are rays that are none,
+ * and ones that see nothing. Each batch once by the way of small trees, once by that of large ones, and once without a room. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -33,7 +34,11 @@ typedef struct kind {
     uint32_t mask; /* of the geometry; one that is not full keeps rays from the quickest ways */
     bool plane;
     uint32_t count, least, most; /* how many rays, and of how many there are to be hits */
+    bool crowded;                /* lists of the BVH's streams find no room */
+    float shrink, length;        /* unless 0: origins, tmax and directions are so many times as large */
 } kind;
+
+enum way { ROOM, TURNS, ALONE, WAYS }; /* with a room, by turns in it, without one */
 
 static void fill(const kind *of, uint64_t seed)
 {
@@ -64,15 +69,26 @@ static void fill(const kind *of, uint64_t seed)
             *dir[i % 3] = i % 2 ? 0.0f : -0.0f;
         if (i % 113 == 0)
             b->tmax[k] = -1.0f;
+        for (int a = 0; a < 3 && of->length > 0.0f; a++) {
+            *org[a] *= of->shrink;
+            *dir[a] *= of->length;
+        }
+        if (of->length > 0.0f)
+            b->tmax[k] = b->tmax[k] * of->shrink / of->length;
     }
 }
 
-static void ask(const rtk_scene *s, const rti_tracer *tracer, uint32_t count, bool turns, answers *a)
+static void ask(const rtk_scene *s, const rti_tracer *tracer, uint32_t count, enum way way, bool crowded, answers *a)
 {
-    rti_scratch scratch = {.room = test_room(), .turns = turns};
+    rti_scratch scratch = {.room = way == ALONE ? NULL : test_room(), .turns = way == TURNS};
     memset(a, 0x55, sizeof *a);
     tracer->intersect(s, rays, a->hits, count, 0, &scratch);
+    if (crowded && scratch.stats.crowded == 0)
+        fail_msg("%s: no ray for closest hits left its stream", tracer->name);
+    scratch.stats.crowded = 0;
     tracer->occluded(s, rays, a->occluded, count, 0, &scratch);
+    if (crowded && scratch.stats.crowded == 0)
+        fail_msg("%s: no ray for any hits left its stream", tracer->name);
     assert_int_equal(scratch.stats.rays, 2 * count);
 }
 
@@ -99,17 +115,18 @@ static void sweep(const rtk_scene *s, const kind *a)
     const uint32_t counts[] = {a->count, a->count - 5, 4096, 1024, 300, 70, 64, 15, 8, 1};
     const rti_tracer *judge = rti_tracer_find(test_isa(), "brute");
     uint32_t hits = 0;
-    ask(s, judge, a->count, false, &brute);
+    ask(s, judge, a->count, ALONE, false, &brute);
     for (uint32_t i = 0; i < a->count; i++)
         hits += brute.hits[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;
     assert_in_range(hits, a->least, a->most);
     for (uint32_t i = 0; i < rti_tracer_count(); i++)
-        for (uint32_t c = 0; c < 2 * sizeof counts / sizeof *counts; c++) {
+        for (uint32_t c = 0; c < WAYS * (sizeof counts / sizeof *counts); c++) {
             const rti_tracer *tracer = rti_tracer_at(test_isa(), i);
-            const uint32_t count = counts[c / 2];
-            if (tracer == judge || count > a->count || (c % 2 && tracer->tree == RTK_TREE_OCTREE))
+            const uint32_t count = counts[c / WAYS];
+            const enum way way = (enum way)(c % WAYS);
+            if (tracer == judge || count > a->count || (way != ROOM && tracer->tree == RTK_TREE_OCTREE))
                 continue;
-            ask(s, tracer, count, c % 2, &other);
+            ask(s, tracer, count, way, a->crowded && way != ALONE && count == MOST && tracer->tree == RTK_TREE_BVH, &other);
             compare(a->what, tracer->name, count);
         }
 }
@@ -200,18 +217,60 @@ static void test_two_sizes(void **state)
 /* Triangles as large as all of them together: a ray enters nearly every box, and lists are as long as streams. */
 static void test_no_room(void **state)
 {
-    const kind kinds[] = {
-        {.what = "no room", .near = 0.5f, .octant = true, .mask = ALL, .count = MOST, .least = MOST / 2, .most = MOST}};
+    const kind kinds[] = {{.what = "no room",
+                           .near = 0.5f,
+                           .octant = true,
+                           .mask = ALL,
+                           .count = MOST,
+                           .least = MOST / 2,
+                           .most = MOST,
+                           .crowded = true}};
     test_mesh m = {0};
     (void)state;
-    test_mesh_soup(&m, 600, 3.0f, 9);
+    test_mesh_soup(&m, 2000, 3.0f, 9);
     with_mesh(&m, &kinds[0]);
     test_mesh_free(&m);
+}
+
+/* Hits at denormal t: a sheet as small and directions as long as may be, where a rounding is no small part of a number. */
+static void test_denormal(void **state)
+{
+    const kind kinds[] = {{.what = "denormal",
+                           .size = 2.0f,
+                           .mask = ALL,
+                           .count = 4096,
+                           .least = 128,
+                           .most = 2048,
+                           .shrink = 1e-26f,
+                           .length = 1e18f},
+                          {.what = "nearly denormal",
+                           .size = 2.0f,
+                           .mask = ALL,
+                           .count = 4096,
+                           .least = 128,
+                           .most = 2048,
+                           .shrink = 1e-20f,
+                           .length = 1e16f}};
+    (void)state;
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+        test_rng rng = {3};
+        test_mesh m = {0};
+        for (int i = 0; i < 64; i++) {
+            float v[3][3];
+            for (int a = 0; a < 9; a++)
+                v[a / 3][a % 3] =
+                    kinds[k].shrink * (a % 3 == 2 ? 0.3f + test_range(&rng, -1e-6f, 1e-6f) : test_range(&rng, -1.0f, 1.0f));
+            test_mesh_add(&m, v[0], v[1], v[2]);
+        }
+        with_mesh(&m, &kinds[k]);
+        test_mesh_free(&m);
+    }
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_room_of_triangles), cmocka_unit_test(test_emptiness),
-                                       cmocka_unit_test(test_two_sizes), cmocka_unit_test(test_no_room)};
+                                       cmocka_unit_test(test_two_sizes), cmocka_unit_test(test_no_room),
+                                       cmocka_unit_test(test_denormal)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -98,13 +98,16 @@ RTI_VEC rti_b16 rti_b16_load(const uint8_t *p)
 {
     return _mm_loadu_si128((const __m128i *)(const void *)p);
 }
-RTI_VEC uint32_t rti_u16_deal(uint16_t *to, const uint16_t *from, rti_b16 bytes, uint32_t bit, uint32_t n)
+RTI_VEC uint32_t rti_u16_put(uint16_t *to, const uint16_t *from, uint32_t bits)
 {
     const __m512i all = _mm512_cvtepu16_epi32(_mm256_loadu_si256((const __m256i *)(const void *)from));
-    uint32_t some = _mm_test_epi8_mask(bytes, _mm_set1_epi8((char)(1u << bit)));
-    some &= n < 16u ? (1u << n) - 1u : 0xffffu;
-    _mm256_storeu_si256((__m256i *)(void *)to, _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32((__mmask16)some, all)));
-    return (uint32_t)__builtin_popcount(some);
+    _mm256_storeu_si256((__m256i *)(void *)to, _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32((__mmask16)bits, all)));
+    return (uint32_t)__builtin_popcount(bits);
+}
+RTI_VEC uint32_t rti_u16_deal(uint16_t *to, const uint16_t *from, rti_b16 bytes, uint32_t bit, uint32_t n)
+{
+    const uint32_t some = _mm_test_epi8_mask(bytes, _mm_set1_epi8((char)(1u << bit)));
+    return rti_u16_put(to, from, n < 16u ? some & ((1u << n) - 1u) : some);
 }
 RTI_VEC void rti_f16_fields(const float *p, const uint32_t at[4], rti_f16 out[8])
 {
@@ -113,6 +116,53 @@ RTI_VEC void rti_f16_fields(const float *p, const uint32_t at[4], rti_f16 out[8]
     __m512i k = _mm512_setr_epi32(0, 0, 0, 0, 8, 8, 8, 8, 16, 16, 16, 16, 24, 24, 24, 24);
     for (uint32_t i = 0; i < 8; i++, k = _mm512_add_epi32(k, _mm512_set1_epi32(1)))
         out[i] = _mm512_permutex2var_ps(a, k, b);
+}
+#define PAIR(a, b, how) _mm512_castpd_ps(_mm512_##how##_pd(_mm512_castps_pd(a), _mm512_castps_pd(b)))
+RTI_VEC void rti_f16_records(const float *p, const uint16_t at[16], rti_f16 out[8])
+{
+    __m512 a[8], b[8];
+    for (uint32_t i = 0; i < 8; i++) /* rows i and i + 8 */
+        a[i] =
+            _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(p + 8u * at[i])), _mm256_loadu_ps(p + 8u * at[i + 8]), 1);
+    for (uint32_t i = 0; i < 8; i += 2) {
+        b[i] = _mm512_unpacklo_ps(a[i], a[i + 1]);
+        b[i + 1] = _mm512_unpackhi_ps(a[i], a[i + 1]);
+    }
+    for (uint32_t i = 0; i < 8; i += 4)
+        for (uint32_t k = 0; k < 2; k++) {
+            a[i + 2 * k] = PAIR(b[i + k], b[i + k + 2], unpacklo);
+            a[i + 2 * k + 1] = PAIR(b[i + k], b[i + k + 2], unpackhi);
+        }
+    /* a[k], a[k + 4]: of fields k (low quarters) and k + 4 (high ones), rows 0 to 3 and 4 to 7, of both halves */
+    const __m512i low = _mm512_setr_epi32(0, 1, 2, 3, 16, 17, 18, 19, 8, 9, 10, 11, 24, 25, 26, 27);
+    const __m512i high = _mm512_add_epi32(low, _mm512_set1_epi32(4));
+    for (uint32_t k = 0; k < 4; k++) {
+        out[k] = _mm512_permutex2var_ps(a[k], low, a[k + 4]);
+        out[k + 4] = _mm512_permutex2var_ps(a[k], high, a[k + 4]);
+    }
+}
+RTI_VEC void rti_f16_spread(const rti_f16 a[8], float *const to[16])
+{
+    __m512 b[8], c[8];
+    const __m512i low = _mm512_setr_epi32(0, 1, 2, 3, 16, 17, 18, 19, 8, 9, 10, 11, 24, 25, 26, 27);
+    const __m512i high = _mm512_add_epi32(low, _mm512_set1_epi32(4));
+    for (uint32_t k = 0; k < 4; k++) { /* the way back of rti_f16_records */
+        b[k] = _mm512_permutex2var_ps(a[k], low, a[k + 4]);
+        b[k + 4] = _mm512_permutex2var_ps(a[k], high, a[k + 4]);
+    }
+    for (uint32_t i = 0; i < 8; i += 4)
+        for (uint32_t k = 0; k < 2; k++) {
+            c[i + k] = _mm512_unpacklo_ps(b[i + 2 * k], b[i + 2 * k + 1]);
+            c[i + k + 2] = _mm512_unpackhi_ps(b[i + 2 * k], b[i + 2 * k + 1]);
+        }
+    for (uint32_t i = 0; i < 8; i += 2) {
+        const uint32_t from = (i & 4) + (i & 2);
+        const __m512 even = PAIR(c[from], c[from + 1], unpacklo), odd = PAIR(c[from], c[from + 1], unpackhi);
+        _mm256_storeu_ps(to[i], _mm512_castps512_ps256(even));
+        _mm256_storeu_ps(to[i + 1], _mm512_castps512_ps256(odd));
+        _mm256_storeu_ps(to[i + 8], _mm512_extractf32x8_ps(even, 1));
+        _mm256_storeu_ps(to[i + 9], _mm512_extractf32x8_ps(odd, 1));
+    }
 }
 RTI_VEC rti_f16 rti_f16_least4(rti_f16 a)
 {
@@ -126,10 +176,8 @@ RTI_VEC void rti_f16_keep4(float *hit, float *end, const uint32_t hit_at[4], con
     const __m512 w = _mm512_castsi512_ps(_mm512_add_epi32(lane, _mm512_set1_epi32((int)place)));
     const __m512 tu0 = _mm512_unpacklo_ps(t, u), tu1 = _mm512_unpackhi_ps(t, u), vw0 = _mm512_unpacklo_ps(v, w),
                  vw1 = _mm512_unpackhi_ps(v, w);
-#define PAIR(a, b, how) _mm512_castpd_ps(_mm512_##how##_pd(_mm512_castps_pd(a), _mm512_castps_pd(b)))
     const __m512 r0 = PAIR(tu0, vw0, unpacklo), r1 = PAIR(tu0, vw0, unpackhi), r2 = PAIR(tu1, vw1, unpacklo),
                  r3 = PAIR(tu1, vw1, unpackhi);
-#undef PAIR
     const __m512i of = _mm512_maskz_mov_epi32((__mmask16)take, lane);
     __m512i which = _mm512_or_si512(of, _mm512_shuffle_epi32(of, 0xb1));
     which = _mm512_or_si512(which, _mm512_shuffle_epi32(which, 0x4e));
@@ -147,6 +195,7 @@ RTI_VEC void rti_f16_keep4(float *hit, float *end, const uint32_t hit_at[4], con
     KEEP(0) KEEP(1) KEEP(2) KEEP(3)
 #undef KEEP
 }
+#undef PAIR
 RTI_VEC float rti_f16_low(rti_f16 a)
 {
     return _mm512_reduce_min_ps(a);

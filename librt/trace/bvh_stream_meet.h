@@ -1,0 +1,360 @@
+/* What lists of a stream's rays meet: leaves and nodes (bvh_stream.h). */
+#ifndef RTI_BVH_STREAM_MEET_H
+#define RTI_BVH_STREAM_MEET_H
+
+#include "bvh_stream.h"
+
+/* ---- leaves ---- */
+
+/* Triangles for one ray. */
+RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 l, rtk_u32 at, rtk_u32 count)
+{
+    const rtk_u32 kz = (rtk_u32)s->kind[l], kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
+    const rtk_u32 end = (at + count + 3u) / 4u;
+    const stream_tri *o = &s->tri[l];
+    const rti_tri_ray4 r = {rti_f4_set(o->ox), rti_f4_set(o->oy),         rti_f4_set(o->oz),   rti_f4_set(o->sx),
+                            rti_f4_set(o->sy), rti_f4_set(o->kdz),        rti_f4_set(o->tmin), rti_f4_set(o->tmax),
+                            rti_f4_set(0.0f),  rti_f4_set(a->part->scale)};
+    for (rtk_u32 k = at / 4u; k < end; k++) {
+        const rtk_bvhblock *b = &a->tree.blocks[k];
+        const rti_f4 p0[3] = {rti_f4_load(b->v0[kx]), rti_f4_load(b->v0[ky]), rti_f4_load(b->v0[kz])};
+        const rti_f4 p1[3] = {rti_f4_load(b->v1[kx]), rti_f4_load(b->v1[ky]), rti_f4_load(b->v1[kz])};
+        const rti_f4 p2[3] = {rti_f4_load(b->v2[kx]), rti_f4_load(b->v2[ky]), rti_f4_load(b->v2[kz])};
+        rti_tri_hit4 hit;
+        float t[4], u[4], v[4], off[4];
+        rtk_u32 bits = rti_tri4(&r, p0, p1, p2, 15u, &hit), last = RTK_INVALID;
+        if (bits == 0u)
+            continue;
+        rti_f4_store(t, hit.t);
+        rti_f4_store(u, hit.u);
+        rti_f4_store(v, hit.v);
+        for (; bits != 0u; bits &= bits - 1u) {
+            const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), place = 4u * k + i;
+            if (hit.doubt >> i & 1u) {
+                if (a->tree.refs[place] == last) /* a block's last triangle stands in the lanes that are left */
+                    continue;
+                last = a->tree.refs[place];
+                rti_f4_store(off, hit.off);
+                stream_doubt(a, s, l, mode, place, hit.certain >> i & 1u, t[i], off[i]);
+            } else {
+                stream_take(a, s, l, mode, place, t[i], u[i], v[i]);
+            }
+            if ((mode & RTK_MODE_ANY) && s->ray[l].t1 == -RTK_INF)
+                return;
+        }
+    }
+}
+
+#ifdef RTI_PACK
+/* What four rays and four triangles give, one by one. */
+__attribute__((noinline, unused)) static void stream_fours_each(const streams *a, stream *s, rtk_u32 mode, const tri_hit *hit,
+                                                                const rtk_u32 lane[4], rtk_u32 k)
+{
+    float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD], off[RTI_SIMD];
+    rtk_u32 last = RTK_INVALID, ray = RTK_INVALID;
+    V(store)(t, hit->t);
+    V(store)(u, hit->u);
+    V(store)(v, hit->v);
+    V(store)(off, hit->off);
+    for (rtk_u32 bits = hit->hit | hit->doubt; bits != 0u; bits &= bits - 1u) {
+        const rtk_u32 j = (rtk_u32)__builtin_ctz(bits), place = 4u * k + j % 4u, l = lane[j / 4u];
+        if ((mode & RTK_MODE_ANY) && s->ray[l].t1 == -RTK_INF)
+            continue;
+        if (hit->doubt >> j & 1u) {
+            if (j / 4u == ray && a->tree.refs[place] == last) /* a block's last triangle fills it up */
+                continue;
+            last = a->tree.refs[place];
+            ray = j / 4u;
+            stream_doubt(a, s, l, mode, place, hit->certain >> j & 1u, t[j], off[j]);
+        } else {
+            stream_take(a, s, l, mode, place, t[j], u[j], v[j]);
+        }
+    }
+}
+
+/* The blocks of a leaf for some rays, four rays by four triangles at a time: lane 4 r + t is ray r and triangle t. */
+RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n, rtk_u32 at,
+                               rtk_u32 count)
+{
+    const rtk_u32 end = (at + count + 3u) / 4u;
+    const vec inf = V(set)(RTK_INF);
+    for (rtk_u32 i = 0u; i < n; i += 4u) {
+        const rtk_u32 some = rtk_umin(n - i, 4u);
+        rtk_u32 lane[4], eight[4], four[4];
+        vec o[8];
+        for (rtk_u32 k = 0u; k < 4u; k++) {
+            lane[k] = ids[i + (k < some ? k : 0u)];
+            eight[k] = 8u * lane[k];
+            four[k] = 4u * lane[k];
+        }
+        rti_f16_fields(&s->tri[0].ox, eight, o);
+        const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], V(set)(0.0f), V(set)(a->part->scale)};
+        const rti_i16 z = rti_i16_row(rti_f16_each(s->kind, lane)), x = rti_i16_next(z), y = rti_i16_next(x);
+        const rtk_u32 want = (1u << 4u * some) - 1u;
+        for (rtk_u32 k = at / 4u; k < end; k++) {
+            const rtk_bvhblock *b = &a->tree.blocks[k];
+            const vec a0 = rti_f16_twelve(b->v0[0]), a1 = rti_f16_twelve(b->v1[0]), a2 = rti_f16_twelve(b->v2[0]);
+            const vec v0[3] = {rti_f16_take(a0, x), rti_f16_take(a0, y), rti_f16_take(a0, z)};
+            const vec v1[3] = {rti_f16_take(a1, x), rti_f16_take(a1, y), rti_f16_take(a1, z)};
+            const vec v2[3] = {rti_f16_take(a2, x), rti_f16_take(a2, y), rti_f16_take(a2, z)};
+            tri_hit hit;
+            if (tri_test(&r, v0, v1, v2, want, &hit) == 0u)
+                continue;
+            if (!(mode & RTK_MODE_ANY)) {
+                const vec best = rti_f16_each(&s->hit[0].t, four), t = V(select)(VM(of)(hit.hit), hit.t, inf),
+                          least = rti_f16_least4(t);
+                const rtk_u32 near = hit.hit & VM(bits)(V(eq)(t, least)), take = near & VM(bits)(V(lt)(least, best));
+                const rtk_u32 twice = near & ((near << 1 & 0xeeeeu) | (near << 2 & 0xccccu) | (near << 3 & 0x8888u));
+                const rtk_u32 before = near & VM(bits)(V(le)(least, rti_f16_each(&s->ray[0].t1, eight)));
+                if (__builtin_expect((hit.doubt | twice | (before ^ take)) == 0u, 1)) {
+                    rti_f16_keep4(&s->hit[0].t, &s->ray[0].t1, four, eight, take, hit.t, hit.u, hit.v, 4u * k);
+                    continue;
+                }
+            } else if (hit.doubt == 0u) {
+                for (rtk_u32 m = 0u; m < 4u; m++)
+                    if (hit.hit >> (4u * m) & 15u)
+                        stream_done(a, s, lane[m]);
+                continue;
+            }
+            const tri_hit more = hit; /* of copies: what has its address taken is in no register */
+            stream_fours_each(a, s, mode, &more, lane, k);
+        }
+    }
+}
+#endif
+
+/* A leaf for a list, of which rays that have found nearer hits since are left out. */
+RTI_VEC void stream_leaf(streams *a, stream *s, rtk_u32 mode, const uint16_t *list, rtk_u32 size, rtk_u32 at, rtk_u32 count,
+                         float enter)
+{
+    const uint16_t *ids = a->now;
+    rtk_u32 n = 0u;
+    for (rtk_u32 i = 0u; i < size; i++) {
+        a->now[n] = list[i];
+        n += s->ray[list[i]].t1 >= enter;
+    }
+    if (at >= 4u * a->tree.block_count) {
+        for (rtk_u32 i = 0u; i < n; i++)
+            for (rtk_u32 k = 0u; k < count && s->ray[ids[i]].t1 != -RTK_INF; k++)
+                stream_ask(a, s, ids[i], mode, a->tree.refs[at + k]);
+        return;
+    }
+#ifdef RTI_PACK
+    if (n > 1u) {
+        stream_leaf_fours(a, s, mode, ids, n, at, count);
+        return;
+    }
+#endif
+    for (rtk_u32 i = 0u; i < n; i++)
+        stream_leaf_one(a, s, mode, ids[i], at, count);
+}
+
+/* ---- nodes ---- */
+
+#ifdef RTI_PACK
+/* Sixteen rays of a list against each slot of a node: which of them enter it. low: where the first of each lane does. */
+RTI_VEC rtk_u32 stream_open_sixteen(const stream *s, rtk_u32 mode, const float *const near[3], const float *const far[3],
+                                    rtk_u32 slots, const uint16_t ids[16], uint16_t enter[RTK_BVH_WIDTH], vec low[RTK_BVH_WIDTH])
+{
+    rtk_u32 all = 0u;
+    vec r[8];
+    rti_f16_records(s->ray[0].inv, ids, r);
+    for (; slots != 0u; slots &= slots - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctz(slots);
+#define PLANE(side, axis) V(msub)(V(set)((side)[axis][i]), r[axis], r[3 + axis])
+        const vec t0 = V(max)(V(max)(PLANE(near, 0), PLANE(near, 1)), V(max)(PLANE(near, 2), r[6]));
+        const vec t1 = V(min)(V(min)(PLANE(far, 0), PLANE(far, 1)), V(min)(PLANE(far, 2), r[7]));
+#undef PLANE
+        const vmask m = V(le)(t0, t1);
+        enter[i] = (uint16_t)VM(bits)(m);
+        all |= (rtk_u32)(enter[i] != 0u) << i;
+        if (!(mode & RTK_MODE_ANY))
+            low[i] = V(min)(low[i], V(select)(m, t0, low[i]));
+    }
+    return all;
+}
+
+/* stream_open for many rays. */
+RTI_VEC rtk_u32 stream_open_many(streams *a, const stream *s, rtk_u32 mode, rtk_u32 octant, const rtk_bvhnode *n,
+                                 const uint16_t *ids, rtk_u32 size, float least[RTK_BVH_WIDTH])
+{
+    const rtk_u32 x = octant & 1u, y = octant >> 1 & 1u, z = octant >> 2 & 1u;
+    const float *const near[3] = {n->box[0][x], n->box[1][y], n->box[2][z]};
+    const float *const far[3] = {n->box[0][1u - x], n->box[1][1u - y], n->box[2][1u - z]};
+    const rtk_u32 slots = node_bits(NODE(le)(NODE(load)(n->box[0][0]), NODE(load)(n->box[0][1])));
+    rtk_u32 all = 0u, at = 0u;
+    vec low[RTK_BVH_WIDTH];
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
+        low[i] = V(set)(mode & RTK_MODE_ANY ? STREAM_FRONT : RTK_INF);
+    for (; at < size; at += 16u) {
+        uint16_t last[16];
+        const uint16_t *some = ids + at;
+        if (size - at < 16u) { /* and one of them again */
+            for (rtk_u32 i = 0u; i < 16u; i++)
+                last[i] = ids[rtk_umin(at + i, size - 1u)];
+            some = last;
+        }
+        all |= stream_open_sixteen(s, mode, near, far, slots, some, a->slots[at / 16u], low);
+    }
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
+        least[i] = mode & RTK_MODE_ANY ? STREAM_FRONT : rti_f16_low(low[i]);
+    return all;
+}
+#endif
+
+/* Which of a list's rays enter which slots: bits of each; least: where the first of them enters each. Returns all bits. */
+RTI_VEC rtk_u32 stream_open(streams *a, const stream *s, rtk_u32 mode, rtk_u32 octant, const rtk_bvhnode *n, const uint16_t *ids,
+                            rtk_u32 size, float least[RTK_BVH_WIDTH])
+{
+#ifdef RTI_PACK
+    if (size >= STREAM_TURNED)
+        return stream_open_many(a, s, mode, octant, n, ids, size, least);
+#endif
+    enum { HALVES = RTK_BVH_WIDTH / NODE_N };
+    bvh_vec near[3][HALVES], far[3][HALVES], low[HALVES];
+    rtk_u32 all = 0u;
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const rtk_u32 back = octant >> k & 1u;
+        for (rtk_u32 h = 0u; h < HALVES; h++) {
+            near[k][h] = NODE(load)(n->box[k][back] + h * NODE_N);
+            far[k][h] = NODE(load)(n->box[k][1u - back] + h * NODE_N);
+        }
+    }
+    for (rtk_u32 h = 0u; h < HALVES; h++)
+        low[h] = NODE(set)(mode & RTK_MODE_ANY ? STREAM_FRONT : RTK_INF); /* any hit needs no order */
+    for (rtk_u32 i = 0u; i < size; i++) {
+        const stream_ray *r = &s->ray[ids[i]];
+        rtk_u32 bits = 0u;
+        for (rtk_u32 h = 0u; h < HALVES; h++) {
+            const bvh_vec ix = NODE(set)(r->inv[0]), iy = NODE(set)(r->inv[1]), iz = NODE(set)(r->inv[2]);
+            const bvh_vec sx = NODE(set)(r->start[0]), sy = NODE(set)(r->start[1]), sz = NODE(set)(r->start[2]);
+            const bvh_vec t0 = NODE(max)(NODE(max)(NODE(msub)(near[0][h], ix, sx), NODE(msub)(near[1][h], iy, sy)),
+                                         NODE(max)(NODE(msub)(near[2][h], iz, sz), NODE(set)(r->t0)));
+            const bvh_vec t1 = NODE(min)(NODE(min)(NODE(msub)(far[0][h], ix, sx), NODE(msub)(far[1][h], iy, sy)),
+                                         NODE(min)(NODE(msub)(far[2][h], iz, sz), NODE(set)(r->t1)));
+            if (!(mode & RTK_MODE_ANY))
+                low[h] = NODE(min)(low[h], NODE(select)(NODE(le)(t0, t1), t0, low[h]));
+            bits |= node_bits(NODE(le)(t0, t1)) << h * NODE_N;
+        }
+        a->bits[i] = (uint8_t)bits;
+        all |= bits;
+    }
+    for (rtk_u32 h = 0u; h < HALVES; h++)
+        NODE(store)(least + h * NODE_N, low[h]);
+    return all;
+}
+
+RTI_VEC void stream_expect(const rtk_tree *tree, rtk_u32 child, rtk_u32 count)
+{
+    const uintptr_t node = (uintptr_t)tree->bvh + child * sizeof *tree->bvh;
+    const uintptr_t block = (uintptr_t)tree->blocks + child / 4u * sizeof *tree->blocks;
+    const uintptr_t at = count == 0u ? node : block; /* a number: it may be in no object */
+    __builtin_prefetch((const void *)at);
+    __builtin_prefetch((const void *)(at + 64u));
+    __builtin_prefetch((const void *)(at + 128u));
+    __builtin_prefetch((const void *)(at + 192u));
+}
+
+/* The numbers in the list of a slot: of `size` of ids those with its bit. Returns how many. */
+RTI_VEC rtk_u32 stream_deal(const streams *a, uint16_t *to, const uint16_t *ids, rtk_u32 size, rtk_u32 slot)
+{
+    rtk_u32 end = 0u;
+#ifdef RTI_PACK
+    if (size < STREAM_TURNED)
+        return rti_u16_deal(to, ids, rti_b16_load(a->bits), slot, size);
+    for (rtk_u32 from = 0u; from < size; from += 16u)
+        end += rti_u16_put(to + end, ids + from,
+                           a->slots[from / 16u][slot] & (size - from < 16u ? (1u << (size - from)) - 1u : 0xffffu));
+#else
+    for (rtk_u32 from = 0u; from < size; from++) {
+        to[end] = ids[from];
+        end += a->bits[from] >> slot & 1u;
+    }
+#endif
+    return end;
+}
+
+/* The slots `all` of a node onto the stack, with the lists of those of `size` rays that enter them, from `used` on. */
+RTI_VEC void stream_push(const streams *a, stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 all,
+                         const float least[RTK_BVH_WIDTH], const uint16_t *ids, rtk_u32 size, rtk_u32 used)
+{
+    rtk_u32 slots[RTK_BVH_WIDTH], count = (rtk_u32)__builtin_popcount(all);
+#ifdef RTI_PACK
+    static const float in_order[RTK_BVH_WIDTH] = {0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f};
+    if (mode & RTK_MODE_ANY) { /* slots in their order, which is fair (kernel/bvh.h) */
+        rti_f8_sorted(s->enter + s->top, slots, all, rti_f8_load(in_order));
+        rti_f8_store(s->enter + s->top, rti_f8_load(least));
+    } else {
+        rti_f8_sorted(s->enter + s->top, slots, all, rti_f8_load(least));
+    }
+    rti_u8_take(s->child + s->top, n->child, slots);
+    rti_u8_take(s->count + s->top, n->count, slots);
+#else
+    count = 0u;
+    for (; all != 0u; all &= all - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctz(all);
+        rtk_u32 to = count++;
+        for (; to > 0u && (mode & RTK_MODE_ANY || least[slots[to - 1u]] < least[i]); to--)
+            slots[to] = slots[to - 1u];
+        slots[to] = i;
+    }
+    for (rtk_u32 k = 0u; k < count; k++) {
+        s->child[s->top + k] = n->child[slots[k]];
+        s->count[s->top + k] = n->count[slots[k]];
+        s->enter[s->top + k] = least[slots[k]];
+    }
+#endif
+    for (rtk_u32 k = 0u; k < count; k++) {
+        const rtk_u32 some = stream_deal(a, s->list + used, ids, size, slots[k]);
+        s->lists[s->top++] = used | some << 16;
+        used += some;
+    }
+}
+
+/* A ray that is alone in its list, from a node on: it goes into the nearest of its slots at once, the others wait. */
+RTI_VEC void stream_one(streams *a, stream *s, rtk_u32 mode, rtk_u32 octant, rtk_u32 list, rtk_u32 at)
+{
+    const rtk_u32 l = s->list[list & 0xffffu];
+    const stream_ray *r = &s->ray[l];
+    for (;;) {
+        const rtk_bvhnode *n = &a->tree.bvh[at];
+        float t[RTK_BVH_WIDTH];
+        rtk_u32 bits = 0u, i, count, top = s->top;
+        for (rtk_u32 h = 0u; h < RTK_BVH_WIDTH; h += NODE_N) {
+            const bvh_vec ix = NODE(set)(r->inv[0]), iy = NODE(set)(r->inv[1]), iz = NODE(set)(r->inv[2]);
+            const bvh_vec sx = NODE(set)(r->start[0]), sy = NODE(set)(r->start[1]), sz = NODE(set)(r->start[2]);
+            const rtk_u32 x = octant & 1u, y = octant >> 1 & 1u, z = octant >> 2 & 1u;
+#define ROW(axis, side) NODE(load)(n->box[axis][side] + h)
+            const bvh_vec t0 = NODE(max)(NODE(max)(NODE(msub)(ROW(0, x), ix, sx), NODE(msub)(ROW(1, y), iy, sy)),
+                                         NODE(max)(NODE(msub)(ROW(2, z), iz, sz), NODE(set)(r->t0)));
+            const bvh_vec t1 = NODE(min)(NODE(min)(NODE(msub)(ROW(0, 1u - x), ix, sx), NODE(msub)(ROW(1, 1u - y), iy, sy)),
+                                         NODE(min)(NODE(msub)(ROW(2, 1u - z), iz, sz), NODE(set)(r->t1)));
+#undef ROW
+            NODE(store)(t + h, t0);
+            bits |= node_bits(NODE(le)(t0, t1)) << h;
+        }
+        if (bits == 0u)
+            return;
+        i = bvh_choose(n, bits, t, s->enter, s->child, s->count, &s->top);
+        for (; top < s->top; top++)
+            s->lists[top] = list;
+        at = n->child[i];
+        count = n->count[i];
+        if (a->turns) { /* while others have theirs, what comes next is on its way */
+            s->child[s->top] = at;
+            s->count[s->top] = count;
+            s->enter[s->top] = t[i];
+            s->lists[s->top++] = list;
+            return;
+        }
+        if (count != 0u) {
+            if (at < 4u * a->tree.block_count)
+                stream_leaf_one(a, s, mode, l, at, count);
+            else
+                stream_leaf(a, s, mode, s->list + (list & 0xffffu), 1u, at, count, t[i]);
+            return;
+        }
+    }
+}
+
+#endif
