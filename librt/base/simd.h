@@ -27,9 +27,9 @@
  *   rti_i16_row(a)            of each number in a, 0, 1 or 2, that row of three rows of four lanes, for
  *   rti_i16_next(rows)        the rows behind those, the first behind the last
  *   rti_f16_least4(a)         of each four lanes the least, four times
- *   rti_f16_keep4(p, end, at, end_at, bits, t, u, v, place)
+ *   rti_f16_keep4(p, end, at, end_at, bits, t, u, v, e, place)
  *                             of each four lanes i to i + 3 the one that is in bits, if there is one, k: t, u, v and place + k - i go to
- *                             p[at[i / 4]] and behind it, t to end[end_at[i / 4]] too
+ *                             p[at[i / 4]] and behind it, e to end[end_at[i / 4]]
  *   rti_u8_take(p, a, lanes)  a[lanes[0]] to a[lanes[7]] to p; those of other lanes than 0 to 7: anything in a
  *   rti_u16_deal(p, a, bytes, i, n)
  *                             of a[0] to a[n - 1], at most 16, those side by side whose byte has bit i; returns how many. All sixteen

@@ -164,8 +164,6 @@ static void stream_ask_plain(const streams *a, stream *s, rtk_u32 l, rtk_u32 mod
 static void stream_settle(const streams *a, stream *s, rtk_u32 l)
 {
     const stream_hit h = s->hit[l];
-    const rtk_hit_block *known = &a->hits[s->number[l] / RTK_BLOCK];
-    const rtk_u32 k = s->number[l] % RTK_BLOCK;
     if (h.late == RTK_INVALID)
         return;
     const rtk_u32 ref = a->tree.refs[h.late];
@@ -176,8 +174,7 @@ static void stream_settle(const streams *a, stream *s, rtk_u32 l)
         return;
     }
     const rtk_tri *tri = &a->scene->groups->tris[ref];
-    if (rtk_hit_less(h.t, RTK_INVALID, tri->geom, tri->prim, known->t[k], known->inst[k], known->geom[k], known->prim[k]))
-        stream_keep(a, s->number[l], (rtk_hit){h.t, h.u, h.v, tri->prim, tri->geom, RTK_INVALID});
+    stream_keep(a, s->number[l], (rtk_hit){h.t, h.u, h.v, tri->prim, tri->geom, RTK_INVALID}); /* nearer than what stands there */
 }
 
 static void stream_ask(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rtk_u32 ref)
@@ -281,42 +278,41 @@ static void stream_decide(const streams *a, stream *s, const rtk_u32 *lane, rtk_
     }
 }
 
-/* The hits of a stream go to their places. */
-RTI_VEC void stream_end(const streams *a, stream *s)
+/* The hits of a stream go to their places: each is nearer than what stands there. Which rays have one is not to be foreseen, so
+ * their numbers are gathered first, without a branch. */
+RTI_VEC void stream_end(streams *a, stream *s)
 {
     const rtk_group *g = a->scene->groups;
-    rtk_u32 lane[RTI_SIMD], n = 0u, first = 0u, count = 0u, geom = 0u;
+    rtk_u32 lane[RTI_SIMD], n = 0u, aside = 0u, first = 0u, count = 0u, geom = 0u;
     for (rtk_u32 i = 0u; i < s->n; i++) {
-        lane[n] = i;
-        n += s->hit[i].late != RTK_INVALID && s->hit[i].t < s->ray[i].t1;
-        if (n == RTI_SIMD) {
-            stream_decide(a, s, lane, n);
-            n = 0u;
+        a->now[n] = (uint16_t)i;
+        n += (rtk_u32)(s->hit[i].late != RTK_INVALID) & (rtk_u32)(s->hit[i].t < s->ray[i].t1);
+    }
+    for (rtk_u32 i = 0u; i < n; i++) {
+        lane[aside++] = a->now[i];
+        if (aside == RTI_SIMD || i + 1u == n) {
+            stream_decide(a, s, lane, aside);
+            aside = 0u;
         }
     }
-    if (n != 0u)
-        stream_decide(a, s, lane, n);
+    n = 0u;
     for (rtk_u32 i = 0u; i < s->n; i++) {
-        const stream_hit h = s->hit[i];
-        rtk_hit_block *known = &a->hits[s->number[i] / RTK_BLOCK];
-        const rtk_u32 k = s->number[i] % RTK_BLOCK;
-        if (h.late == RTK_INVALID)
-            continue;
-        const rtk_u32 ref = a->tree.refs[h.late];
+        a->now[n] = (uint16_t)i;
+        n += s->hit[i].late != RTK_INVALID;
+    }
+    for (rtk_u32 i = 0u; i < n; i++) {
+        const rtk_u32 l = a->now[i], number = s->number[l], k = number % RTK_BLOCK, ref = a->tree.refs[s->hit[l].late];
+        rtk_hit_block *to = &a->hits[number / RTK_BLOCK];
         if (ref - first >= count) { /* a mesh's triangles stand in their order, side by side */
             geom = g->tris[ref].geom;
             first = g->geoms[geom].first;
             count = g->geoms[geom].prim_count;
         }
-        if (h.t == known->t[k] &&
-            !rtk_hit_less(h.t, RTK_INVALID, geom, ref - first, known->t[k], known->inst[k], known->geom[k], known->prim[k]))
-            continue;
-        known->t[k] = h.t;
-        known->u[k] = h.u;
-        known->v[k] = h.v;
-        known->prim[k] = ref - first;
-        known->geom[k] = geom;
-        known->inst[k] = RTK_INVALID;
+        to->t[k] = s->hit[l].t;
+        to->u[k] = s->hit[l].u;
+        to->v[k] = s->hit[l].v;
+        to->prim[k] = ref - first;
+        to->geom[k] = geom; /* no instance's ray comes here: inst stands as it is */
     }
 }
 

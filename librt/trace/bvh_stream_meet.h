@@ -6,6 +6,13 @@
 
 /* ---- leaves ---- */
 
+/* Of block k the lanes of the leaf's own triangles. The others are of a leaf beside it, or repeat one. */
+RTI_VEC rtk_u32 stream_own(rtk_u32 k, rtk_u32 at, rtk_u32 count)
+{
+    const rtk_u32 first = rtk_umax(at, 4u * k) - 4u * k, end = rtk_umin(at + count, 4u * k + 4u) - 4u * k;
+    return (1u << end) - (1u << first);
+}
+
 /* Triangles for one ray. */
 RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 l, rtk_u32 at, rtk_u32 count)
 {
@@ -22,7 +29,7 @@ RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 
         const rti_f4 p2[3] = {rti_f4_load(b->v2[kx]), rti_f4_load(b->v2[ky]), rti_f4_load(b->v2[kz])};
         rti_tri_hit4 hit;
         float t[4], u[4], v[4], off[4];
-        rtk_u32 bits = rti_tri4(&r, p0, p1, p2, 15u, &hit), last = RTK_INVALID;
+        rtk_u32 bits = rti_tri4(&r, p0, p1, p2, stream_own(k, at, count), &hit);
         if (bits == 0u)
             continue;
         rti_f4_store(t, hit.t);
@@ -31,9 +38,6 @@ RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 
         for (; bits != 0u; bits &= bits - 1u) {
             const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), place = 4u * k + i;
             if (hit.doubt >> i & 1u) {
-                if (a->tree.refs[place] == last) /* a block's last triangle stands in the lanes that are left */
-                    continue;
-                last = a->tree.refs[place];
                 rti_f4_store(off, hit.off);
                 stream_doubt(a, s, l, mode, place, hit.certain >> i & 1u, t[i], off[i]);
             } else {
@@ -51,7 +55,6 @@ __attribute__((noinline, unused)) static void stream_fours_each(const streams *a
                                                                 const rtk_u32 lane[4], rtk_u32 k)
 {
     float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD], off[RTI_SIMD];
-    rtk_u32 last = RTK_INVALID, ray = RTK_INVALID;
     V(store)(t, hit->t);
     V(store)(u, hit->u);
     V(store)(v, hit->v);
@@ -60,16 +63,32 @@ __attribute__((noinline, unused)) static void stream_fours_each(const streams *a
         const rtk_u32 j = (rtk_u32)__builtin_ctz(bits), place = 4u * k + j % 4u, l = lane[j / 4u];
         if ((mode & RTK_MODE_ANY) && s->ray[l].t1 == -RTK_INF)
             continue;
-        if (hit->doubt >> j & 1u) {
-            if (j / 4u == ray && a->tree.refs[place] == last) /* a block's last triangle fills it up */
-                continue;
-            last = a->tree.refs[place];
-            ray = j / 4u;
+        if (hit->doubt >> j & 1u)
             stream_doubt(a, s, l, mode, place, hit->certain >> j & 1u, t[j], off[j]);
-        } else {
+        else
             stream_take(a, s, l, mode, place, t[j], u[j], v[j]);
-        }
     }
+}
+
+/* What they give in vectors, as stream_take and stream_doubt would: of each ray's hits the nearest is kept, or put aside. false:
+ * they must go one by one, as nothing was done, where a hit is not for certain, or lies between a best one's bounds, or two are
+ * equally near. tmax: the rays' ends. */
+RTI_VEC int stream_fours_keep(stream *s, const tri_hit *hit, vec tmax, const rtk_u32 hit_at[4], const rtk_u32 ray_at[4],
+                              rtk_u32 k)
+{
+    const vec best = rti_f16_each(&s->hit[0].t, hit_at), far = rti_f16_each(&s->ray[0].t1, ray_at);
+    const vec off = V(select)(VM(of)(hit->doubt), hit->off, V(set)(0.0f)), lo = hit->t - off, hi = hit->t + off;
+    const rtk_u32 out = hit->doubt & VM(bits)(V(lt)(V(min)(tmax, far), lo)), may = (hit->hit | hit->doubt) & ~out;
+    const vec least = rti_f16_least4(V(select)(VM(of)(may), lo, V(set)(RTK_INF)));
+    const rtk_u32 doubt = hit->doubt & ~out, which = doubt ? may : may & VM(bits)(V(eq)(lo, least));
+    const rtk_u32 twice = which & ((which << 1 & 0xeeeeu) | (which << 2 & 0xccccu) | (which << 3 & 0x8888u));
+    const rtk_u32 before = which & VM(bits)(V(le)(lo, far));
+    rtk_u32 take = which & VM(bits)(V(lt)(hi, best));
+    take &= ~(doubt & ~(VM(bits)(V(lt)(lo, hi)) & VM(bits)(V(lt)(lo, far))));
+    if (twice | (before ^ take) | (hit->doubt ^ hit->certain))
+        return 0;
+    rti_f16_keep4(&s->hit[0].t, &s->ray[0].t1, hit_at, ray_at, take, lo, hit->u, hit->v, V(min)(hi, far), 4u * k);
+    return 1;
 }
 
 /* The blocks of a leaf for some rays, four rays by four triangles at a time: lane 4 r + t is ray r and triangle t. */
@@ -77,7 +96,6 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
                                rtk_u32 count)
 {
     const rtk_u32 end = (at + count + 3u) / 4u;
-    const vec inf = V(set)(RTK_INF);
     for (rtk_u32 i = 0u; i < n; i += 4u) {
         const rtk_u32 some = rtk_umin(n - i, 4u);
         rtk_u32 lane[4], eight[4], four[4];
@@ -97,22 +115,19 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
             const vec v0[3] = {rti_f16_take(a0, x), rti_f16_take(a0, y), rti_f16_take(a0, z)};
             const vec v1[3] = {rti_f16_take(a1, x), rti_f16_take(a1, y), rti_f16_take(a1, z)};
             const vec v2[3] = {rti_f16_take(a2, x), rti_f16_take(a2, y), rti_f16_take(a2, z)};
+            const rtk_u32 own = stream_own(k, at, count) * 0x1111u;
             tri_hit hit;
             if (tri_test(&r, v0, v1, v2, want, &hit) == 0u)
                 continue;
+            hit.hit &= own;
+            hit.doubt &= own;
+            hit.certain &= own;
             if (!(mode & RTK_MODE_ANY)) {
-                const vec best = rti_f16_each(&s->hit[0].t, four), t = V(select)(VM(of)(hit.hit), hit.t, inf),
-                          least = rti_f16_least4(t);
-                const rtk_u32 near = hit.hit & VM(bits)(V(eq)(t, least)), take = near & VM(bits)(V(lt)(least, best));
-                const rtk_u32 twice = near & ((near << 1 & 0xeeeeu) | (near << 2 & 0xccccu) | (near << 3 & 0x8888u));
-                const rtk_u32 before = near & VM(bits)(V(le)(least, rti_f16_each(&s->ray[0].t1, eight)));
-                if (__builtin_expect((hit.doubt | twice | (before ^ take)) == 0u, 1)) {
-                    rti_f16_keep4(&s->hit[0].t, &s->ray[0].t1, four, eight, take, hit.t, hit.u, hit.v, 4u * k);
+                if (__builtin_expect(stream_fours_keep(s, &hit, r.tmax, four, eight, k), 1))
                     continue;
-                }
-            } else if (hit.doubt == 0u) {
+            } else if (hit.doubt == hit.certain) {
                 for (rtk_u32 m = 0u; m < 4u; m++)
-                    if (hit.hit >> (4u * m) & 15u)
+                    if ((hit.hit | hit.doubt) >> (4u * m) & 15u)
                         stream_done(a, s, lane[m]);
                 continue;
             }

@@ -52,7 +52,7 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
     rti_f16_store(out->rows[1], rti_f16_take(sixteen, second));
     rti_f16_store(out->rows[2], rti_f16_take(sixteen, rti_i16_next(second)));
     rti_f16_store(out->least4, rti_f16_least4(sixteen));
-    rti_f16_keep4(out->kept[0], out->ends, place, end, one, sixteen, sixteen, sixteen, 1000u);
+    rti_f16_keep4(out->kept[0], out->ends, place, end, one, sixteen, sixteen, sixteen, -sixteen, 1000u);
     rti_u8_take(out->taken, numbers, lanes);
     out->dealt_count = rti_u16_deal(out->dealt, count, rti_b16_load(bytes), from % 8u, from + 4u);
     float all[16][8], *to[16];

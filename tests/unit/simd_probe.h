@@ -16,7 +16,7 @@ typedef struct simd_packed {
     float twelve[16];               /* rti_f16_twelve */
     float rows[3][16];              /* rti_f16_take of rti_i16_row of `at` modulo 3, and of the rti_i16_next of that, twice */
     float least4[16];               /* rti_f16_least4 */
-    float kept[4][4], ends[4];      /* rti_f16_keep4 of what bits leave of one a four, a three times */
+    float kept[4][4], ends[4];      /* rti_f16_keep4 of what bits leave of one a four, a three times, -a */
     uint32_t taken[8];              /* rti_u8_take of numbers, lanes at[0] to at[3] modulo 8, twice */
     uint16_t dealt[16];             /* rti_u16_deal of the numbers 0 to 15 by bytes of a's bits, by bit `from` modulo 8 */
     uint32_t dealt_count;

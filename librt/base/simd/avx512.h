@@ -170,7 +170,7 @@ RTI_VEC rti_f16 rti_f16_least4(rti_f16 a)
     return _mm512_min_ps(a, _mm512_permute_ps(a, 0x4e));
 }
 RTI_VEC void rti_f16_keep4(float *hit, float *end, const uint32_t hit_at[4], const uint32_t end_at[4], uint32_t take, rti_f16 t,
-                           rti_f16 u, rti_f16 v, uint32_t place)
+                           rti_f16 u, rti_f16 v, rti_f16 e, uint32_t place)
 {
     const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
     const __m512 w = _mm512_castsi512_ps(_mm512_add_epi32(lane, _mm512_set1_epi32((int)place)));
@@ -185,12 +185,13 @@ RTI_VEC void rti_f16_keep4(float *hit, float *end, const uint32_t hit_at[4], con
     r = _mm512_mask_mov_ps(r, _mm512_cmpeq_epi32_mask(which, _mm512_set1_epi32(1)), r1);
     r = _mm512_mask_mov_ps(r, _mm512_cmpeq_epi32_mask(which, _mm512_set1_epi32(2)), r2);
     r = _mm512_mask_mov_ps(r, _mm512_cmpeq_epi32_mask(which, _mm512_set1_epi32(3)), r3);
+    const __m512 last = _mm512_permutevar_ps(e, which);
 #define KEEP(i)                                                                                                                  \
     {                                                                                                                            \
         const __m128 x = _mm512_extractf32x4_ps(r, i);                                                                           \
         const __mmask8 m = take >> 4 * i & 15u ? 15 : 0;                                                                         \
         _mm_mask_storeu_ps(hit + hit_at[i], m, x);                                                                               \
-        _mm_mask_store_ss(end + end_at[i], m & 1, x);                                                                            \
+        _mm_mask_store_ss(end + end_at[i], m & 1, _mm512_extractf32x4_ps(last, i));                                              \
     }
     KEEP(0) KEEP(1) KEEP(2) KEEP(3)
 #undef KEEP
