@@ -22,10 +22,11 @@
  *   rti_f16_fields(p, at, a)  a[k] is p[at[0] + k] four times, p[at[1] + k] four times, to p[at[3] + k], for k below 8
  *   rti_f16_records(p, at, a) a[k] has p[8 at[i] + k] in lane i, for k below 8; at: sixteen of sixteen bits
  *   rti_f16_spread(a, to)     to[i][k] is lane i of a[k], for k below 8; in their order, so a later one may be in the same place
- *   rti_f16_twelve(p)         p[0] to p[11]
+ *   rti_f16_twelve(p)         p[0] to p[11]; rti_f16_nine(p) p[0] to p[8]
  *   rti_f16_take(a, lanes)    those lanes of a, for
  *   rti_i16_row(a)            of each number in a, 0, 1 or 2, that row of three rows of four lanes, for
  *   rti_i16_next(rows)        the rows behind those, the first behind the last
+ *   rti_i16_rows(p, at)       the first lanes of the rows p[at[0]] to p[at[15]], each 0, 1 or 2; at: sixteen of sixteen bits
  *   rti_f16_least4(a)         of each four lanes the least, four times
  *   rti_f16_keep4(p, end, at, end_at, bits, t, u, v, e, place)
  *                             of each four lanes i to i + 3 the one that is in bits, if there is one, k: t, u, v and place + k - i go to

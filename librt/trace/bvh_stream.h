@@ -4,10 +4,10 @@
  * sixteen rays at a time, whose numbers are turned so that each of a node's boxes meets all sixteen; of short ones the rays pass
  * one after the other, each against all eight boxes. No ray waits for another, and no branch depends on what one meets. Behind
  * that each slot gets the list of the rays that enter it, and the slots go onto a stack, the nearest on top, with their lists. A
- * leaf meets its list four rays and four triangles at a time. So what a node or leaf costs beside its rays (to wait for it, to
- * foresee where it leads) is shared by all rays that come there: of bounces of a picture's tile some thirty, where packets of
- * sixteen share it by four, or by one. (Fuetterling, Lojewski, Pfreundt, Hamann 2015; Barringer, Akenine-Moeller 2014: what
- * differs is that lists hold numbers, no copies.)
+ * leaf meets a long list sixteen rays at a time, a triangle after the other, a short one four rays and four triangles at a time.
+ * So what a node or leaf costs beside its rays (to wait for it, to foresee where it leads) is shared by all rays that come there:
+ * of bounces of a picture's tile some thirty, where packets of sixteen share it by four, or by one. (Fuetterling, Lojewski,
+ * Pfreundt, Hamann 2015; Barringer, Akenine-Moeller 2014: what differs is that lists hold numbers, no copies.)
  *
  * Planes are met at plane * inv - org * inv. The product org * inv is rounded, by 2^-24 of |org| <= RTK_FAR scale, which is a
  * sixteenth of what RTK_GROW holds in reserve (ray.h, theory point 3), as long as it is a normal float, or 2^-150, by which it is

@@ -136,6 +136,59 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
         }
     }
 }
+
+#define STREAM_MANY 8u /* rays of a leaf from which on sixteen of them meet a triangle */
+
+/* The triangles of a leaf for many rays, sixteen rays by one triangle at a time. */
+RTI_VEC void stream_leaf_many(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n, rtk_u32 at,
+                              rtk_u32 count)
+{
+    for (rtk_u32 i = 0u; i < n; i += 16u) {
+        const rtk_u32 want = n - i < 16u ? (1u << (n - i)) - 1u : 0xffffu;
+        const uint16_t *lane = ids + i;
+        uint16_t last[16];
+        vec o[8];
+        if (n - i < 16u) {
+            for (rtk_u32 k = 0u; k < 16u; k++)
+                last[k] = ids[rtk_umin(i + k, n - 1u)];
+            lane = last;
+        }
+        rti_f16_records(&s->tri[0].ox, lane, o);
+        const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], V(set)(0.0f), V(set)(a->part->scale)};
+        const rti_i16 z = rti_i16_rows(s->kind, lane), x = rti_i16_next(z), y = rti_i16_next(x);
+        for (rtk_u32 place = at; place < at + count; place++) {
+            const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
+            const rtk_u32 j = place % 4u;
+            const vec a0 = rti_f16_nine(b->v0[0] + j), a1 = rti_f16_nine(b->v1[0] + j), a2 = rti_f16_nine(b->v2[0] + j);
+            const vec v0[3] = {rti_f16_take(a0, x), rti_f16_take(a0, y), rti_f16_take(a0, z)};
+            const vec v1[3] = {rti_f16_take(a1, x), rti_f16_take(a1, y), rti_f16_take(a1, z)};
+            const vec v2[3] = {rti_f16_take(a2, x), rti_f16_take(a2, y), rti_f16_take(a2, z)};
+            float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD], off[RTI_SIMD];
+            tri_hit hit;
+            rtk_u32 bits = tri_test(&r, v0, v1, v2, want, &hit);
+            if (bits == 0u)
+                continue;
+            if ((mode & RTK_MODE_ANY) && hit.doubt == hit.certain) {
+                for (; bits != 0u; bits &= bits - 1u)
+                    stream_done(a, s, lane[__builtin_ctz(bits)]);
+                continue;
+            }
+            V(store)(t, hit.t);
+            V(store)(u, hit.u);
+            V(store)(v, hit.v);
+            V(store)(off, hit.off);
+            for (; bits != 0u; bits &= bits - 1u) {
+                const rtk_u32 k = (rtk_u32)__builtin_ctz(bits), l = lane[k];
+                if ((mode & RTK_MODE_ANY) && s->ray[l].t1 == -RTK_INF)
+                    continue;
+                if (hit.doubt >> k & 1u)
+                    stream_doubt(a, s, l, mode, place, hit.certain >> k & 1u, t[k], off[k]);
+                else
+                    stream_take(a, s, l, mode, place, t[k], u[k], v[k]);
+            }
+        }
+    }
+}
 #endif
 
 /* A leaf for a list, of which rays that have found nearer hits since are left out. */
@@ -155,6 +208,10 @@ RTI_VEC void stream_leaf(streams *a, stream *s, rtk_u32 mode, const uint16_t *li
         return;
     }
 #ifdef RTI_PACK
+    if (n >= STREAM_MANY) {
+        stream_leaf_many(a, s, mode, ids, n, at, count);
+        return;
+    }
     if (n > 1u) {
         stream_leaf_fours(a, s, mode, ids, n, at, count);
         return;

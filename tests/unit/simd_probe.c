@@ -41,6 +41,7 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
     for (int k = 0; k < 8; k++)
         rti_f16_store(out->fields[k], fields[k]);
     rti_f16_store(out->twelve, rti_f16_twelve(a));
+    rti_f16_store(out->nine, rti_f16_nine(a));
     for (int i = 0; i < 16; i++) {
         row_of[i] = (float)(at[i / 4] % 3u);
         count[i] = (uint16_t)i;
@@ -63,6 +64,11 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
         for (int k = 0; k < 8; k++)
             all[i][k] = (float)(8 * i + k);
     }
+    for (int i = 0; i < 16; i++)
+        row_of[i] = (float)(i % 3);
+    const rti_i16 rows = rti_i16_rows(row_of, reverse);
+    rti_f16_store(out->firsts[0], rti_f16_take(sixteen, rows));
+    rti_f16_store(out->firsts[1], rti_f16_take(sixteen, rti_i16_next(rows)));
     rti_f16_records(all[0], reverse, fields);
     for (int k = 0; k < 8; k++)
         rti_f16_store(out->records[k], fields[k]);

@@ -13,7 +13,8 @@ typedef struct simd_packed {
     float low;                      /* rti_f16_low */
     float row[16], each[16];        /* rti_f16_row; rti_f16_each */
     float fields[8][16];            /* rti_f16_fields of a[at] on */
-    float twelve[16];               /* rti_f16_twelve */
+    float twelve[16], nine[16];     /* rti_f16_twelve, rti_f16_nine */
+    float firsts[2][16];            /* rti_f16_take of rti_i16_rows of 0, 1, 2, 0 ... from the last on, and of the rti_i16_next */
     float rows[3][16];              /* rti_f16_take of rti_i16_row of `at` modulo 3, and of the rti_i16_next of that, twice */
     float least4[16];               /* rti_f16_least4 */
     float kept[4][4], ends[4];      /* rti_f16_keep4 of what bits leave of one a four, a three times, -a */

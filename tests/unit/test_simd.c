@@ -118,6 +118,10 @@ static void check_fours(const float a[16], uint32_t bits, const uint32_t at[4], 
         assert_true(p->least4[i] == least);
         if (i < 12)
             assert_true(same(p->twelve[i], a[i]));
+        if (i < 9)
+            assert_true(same(p->nine[i], a[i]));
+        for (uint32_t k = 0; k < 2; k++)
+            assert_true(same(p->firsts[k][i], a[((15 - i) % 3 + k) % 3 * 4]));
     }
     for (uint32_t r = 0; r < 4; r++) {
         const uint32_t some = bits >> 4 * r & 15u, k = some ? (uint32_t)__builtin_ctz(some) : 0;

@@ -78,6 +78,10 @@ RTI_VEC rti_f16 rti_f16_twelve(const float *p)
 {
     return _mm512_maskz_loadu_ps((__mmask16)0x0fff, p);
 }
+RTI_VEC rti_f16 rti_f16_nine(const float *p)
+{
+    return _mm512_maskz_loadu_ps((__mmask16)0x01ff, p);
+}
 RTI_VEC rti_i16 rti_i16_row(rti_f16 a)
 {
     const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
@@ -87,6 +91,11 @@ RTI_VEC rti_i16 rti_i16_next(rti_i16 a)
 {
     const __m512i next = _mm512_add_epi32(a, _mm512_set1_epi32(4));
     return _mm512_mask_sub_epi32(next, _mm512_cmpgt_epi32_mask(next, _mm512_set1_epi32(11)), next, _mm512_set1_epi32(12));
+}
+RTI_VEC rti_i16 rti_i16_rows(const float *p, const uint16_t at[16])
+{
+    const __m512i from = _mm512_cvtepu16_epi32(_mm256_loadu_si256((const __m256i *)(const void *)at));
+    return _mm512_slli_epi32(_mm512_cvttps_epi32(_mm512_i32gather_ps(from, p, 4)), 2);
 }
 RTI_VEC void rti_u8_take(uint32_t *to, const uint32_t *from, const uint32_t *lane)
 {
