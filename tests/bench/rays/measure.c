@@ -49,6 +49,7 @@ typedef struct pass {
     const bench_rays *rays;
     void *scratch;
     size_t grab;
+    uint32_t threads;
     atomic_size_t next;
     atomic_uint ready, done;
     atomic_bool go;
@@ -67,16 +68,30 @@ static double cpu_thread(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+/* The next rays for a thread; returns how many. Of several threads each takes less towards the end, so that they end together. */
+static size_t take(pass *p, size_t *first)
+{
+    size_t n;
+    *first = atomic_load_explicit(&p->next, memory_order_relaxed);
+    do {
+        const size_t left = p->rays->count > *first ? p->rays->count - *first : 0;
+        n = p->grab;
+        if (p->threads > 1) {
+            const size_t share = left / (2 * p->threads) / 16 * 16;
+            n = share >= n ? n : share > 1024 ? share : n < 1024 ? n : 1024;
+        }
+        n = left < n ? left : n;
+    } while (n != 0 &&
+             !atomic_compare_exchange_weak_explicit(&p->next, first, *first + n, memory_order_relaxed, memory_order_relaxed));
+    return n;
+}
+
 static double work(pass *p)
 {
     double cpu = cpu_thread();
-    for (;;) {
-        size_t first = atomic_fetch_add_explicit(&p->next, p->grab, memory_order_relaxed), left;
-        if (first >= p->rays->count)
-            break;
-        left = p->rays->count - first;
-        p->entrant->trace(p->entrant, p->rays, p->scratch, first, left < p->grab ? left : p->grab);
-    }
+    size_t first, n;
+    while ((n = take(p, &first)) != 0)
+        p->entrant->trace(p->entrant, p->rays, p->scratch, first, n);
     cpu = cpu_thread() - cpu;
     atomic_fetch_add(&p->done, 1);
     return cpu;
@@ -97,6 +112,7 @@ static bool run_pass(pass *p, uint32_t threads, double *wall, double *cpu)
 {
     worker workers[256];
     uint32_t started = 1;
+    p->threads = threads;
     p->entrant->prepare(p->entrant, p->rays, p->scratch);
     atomic_store(&p->next, 0);
     atomic_store(&p->ready, 0);

@@ -15,7 +15,8 @@ const bench_option bench_option_table[] = {
      "blocks (of 16 rays), single (blocks without a hint: one ray at a time), array (plain), scene (rt_scene_intersect itself, "
      "the tracer auto alone); blocks"},
     {"--threads", "N,...", "threads that trace and build; 1"},
-    {"--grab", "N", "rays a thread takes at a time, a multiple of 16 from 16 to 1048576; 16384"},
+    {"--grab", "N",
+     "rays a thread takes at a time, a multiple of 16 from 16 to 1048576; several threads take fewer towards the end; 16384"},
     {"--repeats", "N", "timed repeats, those of all rows interleaved; 5"},
     {"--least", "SECONDS", "a repeat passes over the set until it has taken so long; 0.03"},
     {"--builds", "N", "timed builds of each tree; 0: none; 3"},
