@@ -13,7 +13,7 @@ local EXPIRY = tonumber(os.getenv "RTRAY_CLAIM_SECONDS" or "") or 60
 
 local function first_line(path)
   local file = sys.stat(path) == "file" and io.open(path, "rb") or nil -- a pipe would wait for ever
-  local line = file and file:read(4096)
+  local line = file and (file:read(4096) or "") -- empty: its owner was ended before it wrote
   if file then
     file:close()
   end

@@ -185,6 +185,18 @@ describe("several processes on one folder", function()
     assert.equal("000000 000001 000002 ", list(state))
   end)
 
+  it("void a claim whose owner was ended before it wrote its name", function()
+    local folder = support.folder()
+    local path = script(folder, { frames = 2 })
+    local to = folder .. "/%d.png"
+    assert.equal(0, animate(path, "-q", "-o", to).status)
+    os.remove(folder .. "/1.png")
+    support.write(to .. ".state/000001.claim", "")
+    local r = support.shell("RTRAY_CLAIM_SECONDS=0.5 timeout -s KILL 60 " .. support.command { "animate", path, "-o", to }, folder)
+    assert.equal(0, r.status, r.err)
+    assert.equal("000000 000001 ", list(to .. ".state/"))
+  end)
+
   it("do not wait for pipes and devices in the place of records and claims", function()
     local folder = support.folder()
     script(folder, { frames = 4 })
