@@ -8,9 +8,9 @@
  *     group's bounds; a prepared ray's origin is never farther out than 4 scale, because a farther one is first moved to the
  *     group's box (tshift). Brute force does the same, for the step is part of the group, not of a tracer.
  *  3. Trees bound every primitive by a box grown by RTK_GROW * scale on all sides; a builder that clips clips to the cell grown by
- *     as much. RTK_GROW exceeds RTK_DELTA plus the rounding of (plane - org) * inv, or of plane * inv - org * inv. So a hit's point
- *     lies well inside every grown box and every cell interval that has to hold it, and neither a slab test nor a walk can lose it:
- *     no epsilon in a tracer.
+ *     as much. RTK_GROW exceeds RTK_DELTA plus the rounding of (plane - org) * inv, or, where it is far from underflow, of
+ *     plane * inv - org * inv. So a hit's point lies well inside every grown box and every cell interval that has to hold it, and
+ *     neither a slab test nor a walk can lose it: no epsilon in a tracer.
  *  4. A walk that splits [t0, t1] at t = (plane - org) * inv visits cells whose intervals tile the ray exactly; the leaf
  *     whose interval holds t lists the primitive. It may stop at a cell when best.t < t1, a cull is `enter <= best.t`.
  *  5. Equal t: (t, instance, geometry, primitive) in description order decides.
