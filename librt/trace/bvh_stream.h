@@ -236,6 +236,18 @@ RTI_VEC void stream_take(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, r
     }
 }
 
+/* What the leaf test has said in vectors of a ray and the triangle at a place, which are lane i there. */
+RTI_VEC void stream_met(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rtk_u32 place, rtk_u32 doubt, rtk_u32 certain,
+                        const float *t, const float *u, const float *v, const float *off, rtk_u32 i)
+{
+    if ((mode & RTK_MODE_ANY) && s->ray[l].t1 == -RTK_INF)
+        return;
+    if (doubt >> i & 1u)
+        stream_doubt(a, s, l, mode, place, certain >> i & 1u, t[i], off[i]);
+    else
+        stream_take(a, s, l, mode, place, t[i], u[i], v[i]);
+}
+
 /* ---- the end ---- */
 
 /* Of n rays, no more than vectors hold, the hits that were put aside. */

@@ -35,14 +35,10 @@ RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 
         rti_f4_store(t, hit.t);
         rti_f4_store(u, hit.u);
         rti_f4_store(v, hit.v);
+        rti_f4_store(off, hit.off);
         for (; bits != 0u; bits &= bits - 1u) {
-            const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), place = 4u * k + i;
-            if (hit.doubt >> i & 1u) {
-                rti_f4_store(off, hit.off);
-                stream_doubt(a, s, l, mode, place, hit.certain >> i & 1u, t[i], off[i]);
-            } else {
-                stream_take(a, s, l, mode, place, t[i], u[i], v[i]);
-            }
+            const rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
+            stream_met(a, s, l, mode, 4u * k + i, hit.doubt, hit.certain, t, u, v, off, i);
             if ((mode & RTK_MODE_ANY) && s->ray[l].t1 == -RTK_INF)
                 return;
         }
@@ -60,13 +56,8 @@ __attribute__((noinline, unused)) static void stream_fours_each(const streams *a
     V(store)(v, hit->v);
     V(store)(off, hit->off);
     for (rtk_u32 bits = hit->hit | hit->doubt; bits != 0u; bits &= bits - 1u) {
-        const rtk_u32 j = (rtk_u32)__builtin_ctz(bits), place = 4u * k + j % 4u, l = lane[j / 4u];
-        if ((mode & RTK_MODE_ANY) && s->ray[l].t1 == -RTK_INF)
-            continue;
-        if (hit->doubt >> j & 1u)
-            stream_doubt(a, s, l, mode, place, hit->certain >> j & 1u, t[j], off[j]);
-        else
-            stream_take(a, s, l, mode, place, t[j], u[j], v[j]);
+        const rtk_u32 j = (rtk_u32)__builtin_ctz(bits);
+        stream_met(a, s, lane[j / 4u], mode, 4u * k + j % 4u, hit->doubt, hit->certain, t, u, v, off, j);
     }
 }
 
@@ -178,13 +169,8 @@ RTI_VEC void stream_leaf_many(const streams *a, stream *s, rtk_u32 mode, const u
             V(store)(v, hit.v);
             V(store)(off, hit.off);
             for (; bits != 0u; bits &= bits - 1u) {
-                const rtk_u32 k = (rtk_u32)__builtin_ctz(bits), l = lane[k];
-                if ((mode & RTK_MODE_ANY) && s->ray[l].t1 == -RTK_INF)
-                    continue;
-                if (hit.doubt >> k & 1u)
-                    stream_doubt(a, s, l, mode, place, hit.certain >> k & 1u, t[k], off[k]);
-                else
-                    stream_take(a, s, l, mode, place, t[k], u[k], v[k]);
+                const rtk_u32 k = (rtk_u32)__builtin_ctz(bits);
+                stream_met(a, s, lane[k], mode, place, hit.doubt, hit.certain, t, u, v, off, k);
             }
         }
     }

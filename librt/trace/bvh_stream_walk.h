@@ -57,8 +57,8 @@ typedef struct stream_rays {
 RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u32 lanes, rtk_u32 number)
 {
     float *ray[RTI_SIMD], *tri[RTI_SIMD], none[8];
-    rtk_u32 kinds[RTI_SIMD], keys[RTI_SIMD], left = 0u;
-    float t[RTI_SIMD];
+    rtk_u32 keys[RTI_SIMD], left = 0u;
+    float t[RTI_SIMD], kinds[RTI_SIMD];
     vec start[3];
     vec least = V(abs)(r->inv[0]);
     for (rtk_u32 k = 0u; k < 3u; k++) {
@@ -81,7 +81,7 @@ RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u
     const vec_whole key = __builtin_convertvector(r->key, vec_whole);
     memcpy(keys, &key, sizeof key);
     V(store)(t, r->t);
-    V(store)((float *)(void *)kinds, r->kind);
+    V(store)(kinds, r->kind);
     lanes &= ~left;
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
         if (!(lanes >> i & 1u)) {
@@ -94,7 +94,7 @@ RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u
         tri[i] = &s->tri[to].ox;
         if (!(mode & RTK_MODE_ANY))
             s->hit[to] = (stream_hit){t[i], 0.0f, 0.0f, RTK_INVALID};
-        memcpy(&s->kind[to], &kinds[i], sizeof(float));
+        s->kind[to] = kinds[i];
         s->number[to] = number + i;
     }
     stream_records(slabs, ray);
