@@ -6,7 +6,7 @@
  *   rti_fN_set(x)  _load(p)  _store(p, a)             any alignment
  *   rti_fN_min(a, b)  _max(a, b)                      a < b ? a : b and a > b ? a : b, so b when one is NaN, as rtk_min, rtk_max
  *   rti_fN_abs(a)  _sqrt(a)                           the root correctly rounded
- *   rti_fN_msub(a, b, c)                              a * b - c, rounded once or twice: for bounds, not for hits
+ *   rti_fN_msub(a, b, c)  _madd(a, b, c)              a * b - c and a * b + c, rounded once or twice: for bounds, not for hits
  *   rti_fN_lt(a, b)  _le(a, b)  _eq(a, b)             masks; false where one is NaN
  *   rti_fN_select(m, a, b)                            m ? a : b
  *   rti_mN_and(a, b)  _or(a, b)  _andnot(a, b)        a and not b
@@ -17,6 +17,7 @@
  *   rti_f8_pack(p, bits, a)  rti_u8_pack(p, bits, a)  the chosen lanes of a vector, or of a[8], side by side from p on; all eight
  *                                                     places behind p are written
  *   rti_f16_low(a)            the least lane of a, none of which is NaN
+ *   rti_f16_lows(a)           of each of a[0] to a[15] the least lane
  *   rti_f16_row(p)            p[0] to p[3], four times
  *   rti_f16_each(p, at)       p[at[0]] four times, p[at[1]] four times, to p[at[3]]
  *   rti_f16_fields(p, at, a)  a[k] is p[at[0] + k] four times, p[at[1] + k] four times, to p[at[3] + k], for k below 8
@@ -36,6 +37,7 @@
  *                             of a[0] to a[n - 1], at most 16, those side by side whose byte has bit i; returns how many. All sixteen
  *                             places behind p are written, those behind a read; rti_b16_load(p) loads sixteen bytes
  *   rti_u16_put(p, a, bits)   of a[0] to a[15] those chosen by bits, side by side; returns how many. Reads and writes as that
+ *   rti_u16_count(p, n, bits) as that, of n, n + 1 to n + 15
  *   rti_f8_sorted(t, lane, bits, a)
  *                             the chosen lanes of a and their numbers, the greatest first, as good as 21 bits of mantissa tell; of
  *                             equal ones, as which negative ones and NaN count, the first; all eight places behind t and lane are
@@ -55,6 +57,9 @@
 #else
 #define RTI_VEC __attribute__((always_inline, unused)) static inline
 #endif
+
+/* Of hot files, too: a function that is called, where its registers are better its own. */
+#define RTI_APART __attribute__((noinline, unused)) static
 
 #if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__)
 #include "simd/avx512.h"
@@ -89,6 +94,9 @@ RTI_VEC void rti_f4_turn(const rti_f4 a[4], rti_f4 b[4])
 #define rti_f4_msub(a, b, c) ((a) * (b) - (c))
 #define rti_f8_msub(a, b, c) ((a) * (b) - (c))
 #define rti_f16_msub(a, b, c) ((a) * (b) - (c))
+#define rti_f4_madd(a, b, c)  ((a) * (b) + (c))
+#define rti_f8_madd(a, b, c)  ((a) * (b) + (c))
+#define rti_f16_madd(a, b, c) ((a) * (b) + (c))
 #endif
 
 #endif

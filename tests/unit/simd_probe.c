@@ -74,6 +74,19 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
         rti_f16_store(out->records[k], fields[k]);
     rti_f16_spread(fields, to);
     out->chosen_count = rti_u16_put(out->chosen, count, bits & 0xffffu);
+    rti_f16 turned[16];
+    float turn[16];
+    for (int k = 0; k < 16; k++) {
+        for (int i = 0; i < 16; i++)
+            turn[i] = a[(i + k) % 16] + (float)(i * k);
+        turned[k] = rti_f16_load(turn);
+    }
+    rti_f16_store(out->lows, rti_f16_lows(turned));
+    out->counted_count = rti_u16_count(out->counted, from, bits & 0xffffu);
+    for (int i = 0; i < 16; i++)
+        turn[i] = a[(i + 1) % 16];
+    rti_f16_store(out->madd, rti_f16_madd(sixteen, rti_f16_set(2.0f), rti_f16_load(turn)));
+    rti_f16_store(out->msub, rti_f16_msub(sixteen, rti_f16_set(2.0f), rti_f16_load(turn)));
     return 1;
 #else
     (void)a;

@@ -25,6 +25,10 @@ typedef struct simd_packed {
         spread[16][8]; /* rti_f16_records of sixteen records of eight numbers, 0 to 127, the last first; rti_f16_spread of that */
     uint16_t chosen[16]; /* rti_u16_put of the numbers 0 to 15 by bits */
     uint32_t chosen_count;
+    float lows[16];       /* rti_f16_lows of a turned by 0 to 15 lanes, lane i of the k-th plus i k: no two alike */
+    uint16_t counted[16]; /* rti_u16_count from `from` on by bits */
+    uint32_t counted_count;
+    float madd[16], msub[16]; /* rti_f16_madd and _msub of a, 2 and a turned by one lane */
 } simd_packed;
 
 /* min, max: of a and b, lane by lane, in the widest vectors; lt, le, eq: likewise, a bit a lane. Returns how many lanes. packed:

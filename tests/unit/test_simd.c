@@ -133,6 +133,22 @@ static void check_fours(const float a[16], uint32_t bits, const uint32_t at[4], 
     }
 }
 
+static void check_bounds(const float a[16], uint32_t bits, uint32_t from, const simd_packed *p)
+{
+    uint32_t n = 0;
+    for (uint32_t k = 0; k < 16; k++) {
+        const float next = a[(k + 1) % 16]; /* doubled exactly: once rounded or twice is the same */
+        float low = a[k];
+        for (uint32_t i = 0; i < 16; i++)
+            low = fminf(low, a[(i + k) % 16] + (float)(i * k));
+        assert_true(p->lows[k] == low);
+        assert_true(same(p->madd[k], 2.0f * a[k] + next) && same(p->msub[k], 2.0f * a[k] - next));
+        if (bits >> k & 1u)
+            assert_int_equal(p->counted[n++], from + k);
+    }
+    assert_int_equal(p->counted_count, n);
+}
+
 static void check_lists(uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from, const simd_packed *p)
 {
     uint32_t n = 0;
@@ -175,6 +191,7 @@ static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t
         check_sixteen(a, bits, at, &p);
         check_fours(a, bits, at, &p);
         check_lists(bits, numbers, at, from, &p);
+        check_bounds(a, bits, from, &p);
     }
 }
 

@@ -52,6 +52,18 @@ RTI_VEC rti_f16 rti_f16_msub(rti_f16 a, rti_f16 b, rti_f16 c)
 {
     return _mm512_maskz_fmsub_ps((__mmask16)65535, a, b, c);
 }
+RTI_VEC rti_f4 rti_f4_madd(rti_f4 a, rti_f4 b, rti_f4 c)
+{
+    return _mm_maskz_fmadd_ps((__mmask8)15, a, b, c);
+}
+RTI_VEC rti_f8 rti_f8_madd(rti_f8 a, rti_f8 b, rti_f8 c)
+{
+    return _mm256_maskz_fmadd_ps((__mmask8)255, a, b, c);
+}
+RTI_VEC rti_f16 rti_f16_madd(rti_f16 a, rti_f16 b, rti_f16 c)
+{
+    return _mm512_maskz_fmadd_ps((__mmask16)65535, a, b, c);
+}
 /* The lanes chosen by bits side by side from p on, and nothing behind them. */
 RTI_VEC void rti_f16_put(float *p, uint32_t bits, rti_f16 a)
 {
@@ -110,6 +122,13 @@ RTI_VEC rti_b16 rti_b16_load(const uint8_t *p)
 RTI_VEC uint32_t rti_u16_put(uint16_t *to, const uint16_t *from, uint32_t bits)
 {
     const __m512i all = _mm512_cvtepu16_epi32(_mm256_loadu_si256((const __m256i *)(const void *)from));
+    _mm256_storeu_si256((__m256i *)(void *)to, _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32((__mmask16)bits, all)));
+    return (uint32_t)__builtin_popcount(bits);
+}
+RTI_VEC uint32_t rti_u16_count(uint16_t *to, uint32_t first, uint32_t bits)
+{
+    const __m512i all = _mm512_add_epi32(_mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
+                                         _mm512_set1_epi32((int)first));
     _mm256_storeu_si256((__m256i *)(void *)to, _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32((__mmask16)bits, all)));
     return (uint32_t)__builtin_popcount(bits);
 }
@@ -205,11 +224,22 @@ RTI_VEC void rti_f16_keep4(float *hit, float *end, const uint32_t hit_at[4], con
     KEEP(0) KEEP(1) KEEP(2) KEEP(3)
 #undef KEEP
 }
-#undef PAIR
 RTI_VEC float rti_f16_low(rti_f16 a)
 {
     return _mm512_reduce_min_ps(a);
 }
+RTI_VEC rti_f16 rti_f16_lows(const rti_f16 a[16])
+{
+    __m512 b[8], c[4], d[2];
+    for (uint32_t i = 0; i < 8; i++) /* of lanes of vectors 2 i and 2 i + 1 by turns, and so on */
+        b[i] = _mm512_min_ps(_mm512_unpacklo_ps(a[2 * i], a[2 * i + 1]), _mm512_unpackhi_ps(a[2 * i], a[2 * i + 1]));
+    for (uint32_t i = 0; i < 4; i++)
+        c[i] = _mm512_min_ps(PAIR(b[2 * i], b[2 * i + 1], unpacklo), PAIR(b[2 * i], b[2 * i + 1], unpackhi));
+    for (uint32_t i = 0; i < 2; i++)
+        d[i] = _mm512_min_ps(_mm512_shuffle_f32x4(c[2 * i], c[2 * i + 1], 0x88), _mm512_shuffle_f32x4(c[2 * i], c[2 * i + 1], 0xdd));
+    return _mm512_min_ps(_mm512_shuffle_f32x4(d[0], d[1], 0x88), _mm512_shuffle_f32x4(d[0], d[1], 0xdd));
+}
+#undef PAIR
 RTI_VEC uint32_t rti_f8_least(uint32_t bits, rti_f8 a)
 {
     const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
