@@ -41,7 +41,7 @@ typedef struct packet {
     uint64_t rays;
     float near_org[3], far_org[3], inv_lo[3], inv_hi[3], from, reach;
     rtk_u32 near[3], kx, ky, kz;
-    rtk_u32 pencil; /* of closest hits: all rays start in one point */
+    rtk_u32 one; /* of closest hits: all rays start at one point */
     const rtk_scene *scene;
     const rtk_trace_block *blocks;
     rtk_u32 first;
@@ -252,7 +252,7 @@ RTI_VEC void packet_begin(packet *p, rtk_u32 mode, uint64_t rays)
         p->near[i] = (2u * i + back) * RTK_BVH_WIDTH;
         width += h - l;
     }
-    p->pencil = !(mode & RTK_MODE_ANY) && width == 0.0f;
+    p->one = !(mode & RTK_MODE_ANY) && width == 0.0f;
     p->from = packet_low(from);
     p->plain = packet_sees_all(p);
     memset(p->late, 0xff, sizeof p->late);

@@ -153,6 +153,53 @@ static void RTK_NAME(stream_all)(streams *a, rtk_u32 first, rtk_u32 n, int again
             RTK_NAME(stream_alone)(a, first + at + (rtk_u32)__builtin_ctz(left));
 }
 
+/* Rays [first, first + n) of a part: those that pass through one point go as a pencil, what is left as packets. */
+static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, rtk_u32 count, int again)
+{
+    const rtk_u32 n = rtk_umin(count - first, PENCIL_RAYS);
+    uint16_t want[PENCIL], rest[PENCIL];
+    rtk_u32 some, together = 0u;
+    l->first = first;
+    l->rays = l->batch + first / RTK_BLOCK;
+    if (RTK_MODE & RTK_MODE_ANY)
+        l->occluded = l->all_occluded + first / RTK_BLOCK;
+    else
+        l->hits = l->all_hits + first / RTK_BLOCK;
+    l->next = rtk_umin(count - first - n, PENCIL_RAYS) / RTK_BLOCK;
+    pencil_load(l, RTK_MODE, n, again, want, rest);
+    for (;;) {
+        some = 0u;
+        for (rtk_u32 g = 0u; g < PENCIL; g++)
+            some |= want[g];
+        if (some == 0u)
+            break;
+        some = pencil_begin(l, RTK_MODE, want, rest);
+        if (some == 0u)
+            continue;
+        if (pencil_walk(l, RTK_MODE, some))
+            for (rtk_u32 i = 0u; i < l->end; i++)
+                rest[l->block[i]] |= l->live[i];
+        else
+            together += some;
+    }
+    l->scratch->stats.together += together;
+    l->lost = together != 0u ? 0u : l->lost + 1u;
+    for (rtk_u32 at = 0u; at < n; at += PACKET) {
+        const rtk_u32 m = rtk_umin(n - at, PACKET);
+        uint64_t left = 0u;
+        for (rtk_u32 g = 0u; g < PACKET / RTK_BLOCK; g++)
+            left |= (uint64_t)rest[at / RTK_BLOCK + g] << g * RTK_BLOCK;
+        if (left == 0u)
+            continue;
+        left &= packet_load(p, l->scene, l->batch, first + at, m, l->scratch);
+        packet_again(p, RTK_MODE, m, l->all_hits, l->all_occluded);
+        RTK_NAME(packet_part)(p, a, l->part, left & ~p->done, 1);
+        RTK_NAME(packet_out)(p, m, l->all_hits, l->all_occluded, 1);
+        if (a)
+            RTK_NAME(stream_flush)(a, PACKET);
+    }
+}
+
 /* Rays where all there is is the scene's own triangles, shapes and planes. */
 static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                             uint32_t count, rti_scratch *scratch, int coherent)
@@ -160,15 +207,22 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
     const rtk_group *g = scene->groups;
     streams *a = scratch->room;
     packet p;
+    pencil l;
     if (a)
         streams_begin(a, scene, rays, hits, occluded, scratch);
     p.mesh.first = p.mesh.count = 0u;
+    pencil_open_batch(&l, scene, rays, hits, occluded, scratch);
     for (rtk_u32 k = 0u; k == 0u || k < g->part_count; k++) {
         const rtk_part *part = &g->parts[k];
         streams *on = a && g->part_count != 0u && stream_fits(g, part) ? a : NULL;
         if (on)
             streams_part(a, part, &part->RTK_TREE);
-        for (rtk_u32 first = 0u; first < count; first += PACKET) {
+        rtk_u32 first = 0u;
+        l.part = part;
+        l.lost = coherent && pencil_fits(g, part) ? 0u : PENCIL_LOST;
+        for (; first + PENCIL_FEW <= count && l.lost < PENCIL_LOST; first += PENCIL_RAYS)
+            RTK_NAME(pencils)(&l, &p, on, first, count, k != 0u);
+        for (; first < count; first += PACKET) {
             const rtk_u32 n = rtk_umin(count - first, PACKET);
             packet_expect_rays(rays, first + PACKET, count);
             if (on && !coherent && (k != 0u || g->plane_count == 0u)) {

@@ -62,6 +62,36 @@ RTI_VEC rtk_u32 packet_others(const packet *p, const rtk_part *part, rtk_u32 at,
     return others;
 }
 
+/* Of the lanes that tri_test doubts, those that hit become hits, with what the leaf test gives; returns those that are to be asked
+ * one by one. dx, dy: the rays' directions in their order of axes; c: the triangle's corners in it. */
+RTI_VEC rtk_u32 packet_doubt(const tri_ray *r, rtk_u32 mode, vec best, const float *dx, const float *dy, const float c[3][3],
+                             tri_hit *hit)
+{
+    rtk_u32 left = hit->doubt;
+    if (mode & RTK_MODE_ANY) {
+        hit->hit |= hit->certain;
+        left &= ~hit->certain;
+    } else {
+        left &= ~(hit->certain & VM(bits)(V(lt)(best, hit->t - hit->off)));
+    }
+    if (left != 0u) { /* of copies: what has its address taken is in no register */
+        const tri_ray rays = *r;
+        const vec b0[3] = {V(set)(c[0][0]), V(set)(c[0][1]), V(set)(c[0][2])};
+        const vec b1[3] = {V(set)(c[1][0]), V(set)(c[1][1]), V(set)(c[1][2])};
+        const vec b2[3] = {V(set)(c[2][0]), V(set)(c[2][1]), V(set)(c[2][2])};
+        tri_hit more = *hit;
+        const rtk_u32 sure = left & hit->certain;
+        if (left != sure)
+            left = sure | packet_settle(&rays, best, mode, left & ~sure, c[0], c[1], c[2], &more.hit);
+        if (left != 0u) {
+            const vec x = V(load)(dx), y = V(load)(dy);
+            left = tri_exact(&rays, &x, &y, b0, b1, b2, left, &more);
+        }
+        *hit = more;
+    }
+    return left;
+}
+
 /* The triangle at a place for the lanes at `at`. */
 RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, const tri_ray *r, rtk_u32 at, rtk_u32 lanes,
                              rtk_u32 place)
@@ -69,13 +99,15 @@ RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, cons
     const rtk_tree *tree = &part->RTK_TREE;
     const rtk_bvhblock *b = &tree->blocks[place / 4u];
     const rtk_u32 j = place % 4u, x = p->kx, y = p->ky, z = p->kz;
-    const float c0[3] = {b->v0[x][j], b->v0[y][j], b->v0[z][j]}, c1[3] = {b->v1[x][j], b->v1[y][j], b->v1[z][j]};
-    const float c2[3] = {b->v2[x][j], b->v2[y][j], b->v2[z][j]};
-    vec v0[3] = {V(set)(c0[0]), V(set)(c0[1]), V(set)(c0[2])}, v1[3] = {V(set)(c1[0]), V(set)(c1[1]), V(set)(c1[2])};
-    vec v2[3] = {V(set)(c2[0]), V(set)(c2[1]), V(set)(c2[2])};
+    const float c[3][3] = {{b->v0[x][j], b->v0[y][j], b->v0[z][j]},
+                           {b->v1[x][j], b->v1[y][j], b->v1[z][j]},
+                           {b->v2[x][j], b->v2[y][j], b->v2[z][j]}};
+    const vec v0[3] = {V(set)(c[0][0]), V(set)(c[0][1]), V(set)(c[0][2])};
+    const vec v1[3] = {V(set)(c[1][0]), V(set)(c[1][1]), V(set)(c[1][2])};
+    const vec v2[3] = {V(set)(c[2][0]), V(set)(c[2][1]), V(set)(c[2][2])};
     tri_hit hit;
-    rtk_u32 bits = tri_test(r, v0, v1, v2, lanes, &hit), ask, take;
-    if (bits == 0u)
+    rtk_u32 ask = 0u, take;
+    if (tri_test(r, v0, v1, v2, lanes, &hit) == 0u)
         return;
     const rtk_tri *tri = NULL;
     const rtk_geom *geom = NULL;
@@ -86,34 +118,13 @@ RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, cons
     const int one = geom && (p->masked || (geom->flags & RTK_GEOM_ALPHA)); /* by one */
     if (geom && !one && !(geom->mask & p->common))
         return;
-    take = one ? 0u : hit.hit;
-    ask = one ? hit.hit : 0u;
-    if (__builtin_expect(hit.doubt != 0u, 0)) {
-        const vec best = V(load)(p->t + at);
-        rtk_u32 left = hit.doubt;
-        if (!one && (mode & RTK_MODE_ANY)) {
-            take |= hit.certain;
-            left &= ~hit.certain;
-        } else if (!one) {
-            left &= ~(hit.certain & VM(bits)(V(lt)(best, hit.t - hit.off)));
-        }
-        if (left != 0u) { /* of copies: what has its address taken is in no register */
-            const tri_ray rays = *r;
-            const vec b0[3] = {v0[0], v0[1], v0[2]}, b1[3] = {v1[0], v1[1], v1[2]}, b2[3] = {v2[0], v2[1], v2[2]};
-            tri_hit more = hit;
-            const rtk_u32 sure = one ? 0u : left & hit.certain;
-            if (left != sure)
-                left = sure | packet_settle(&rays, best, mode, left & ~sure, c0, c1, c2, one ? NULL : &take);
-            if (left != 0u && !one) {
-                const vec dx = V(load)(p->dir[x] + at), dy = V(load)(p->dir[y] + at);
-                more.hit = 0u;
-                left = tri_exact(&rays, &dx, &dy, b0, b1, b2, left, &more);
-                take |= more.hit;
-                hit = more;
-            }
-            ask |= left;
-        }
+    if (one) {
+        const tri_ray rays = *r;
+        ask = hit.hit | packet_settle(&rays, V(load)(p->t + at), mode, hit.doubt, c[0], c[1], c[2], NULL);
+    } else if (__builtin_expect(hit.doubt != 0u, 0)) {
+        ask = packet_doubt(r, mode, V(load)(p->t + at), p->dir[x] + at, p->dir[y] + at, c, &hit);
     }
+    take = one ? 0u : hit.hit;
     if (!(mode & RTK_MODE_ANY) && !one) {
         const vec best = V(load)(p->t + at);
         const rtk_u32 same = take & VM(bits)(V(eq)(hit.t, best));
@@ -223,12 +234,13 @@ RTI_VEC void packet_hit(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 l
 #define PACKET_PRICE(mode) ((mode) & RTK_MODE_ANY ? 2 : 3)
 
 /* Of four rays by four triangles those pairs in doubt that are left: what is a hit is added to *hit; returns those that must be
- * asked. */
-__attribute__((noinline)) static rtk_u32 packet_fours_doubt(const packet *p, rtk_u32 mode, const tri_ray *r, const rtk_u32 lane[4],
-                                                            const vec v0[3], const vec v1[3], const vec v2[3], rtk_u32 left,
-                                                            tri_hit *hit)
+ * asked. best[best_at[i]]: where the best hit of ray i is; dx[at[i]], dy[at[i]]: its direction in the order of axes. */
+__attribute__((noinline)) static rtk_u32 packet_fours_doubt(rtk_u32 mode, const tri_ray *r, const float *best,
+                                                            const rtk_u32 best_at[4], const float *dx, const float *dy,
+                                                            const rtk_u32 at[4], const vec v0[3], const vec v1[3],
+                                                            const vec v2[3], rtk_u32 left, tri_hit *hit)
 {
-    const vec end = mode & RTK_MODE_ANY ? r->tmax : rti_f16_each(p->t, lane);
+    const vec end = mode & RTK_MODE_ANY ? r->tmax : rti_f16_each(best, best_at);
     rtk_u32 unsure = left & ~hit->certain, sure;
     if (unsure != 0u) {
         unsure = packet_settle_many(r, &end, v0, v1, v2, unsure, &sure);
@@ -240,14 +252,44 @@ __attribute__((noinline)) static rtk_u32 packet_fours_doubt(const packet *p, rtk
     }
     if (left == 0u)
         return 0u;
-    const vec dx = rti_f16_each(p->dir[p->kx], lane), dy = rti_f16_each(p->dir[p->ky], lane);
-    return tri_exact(r, &dx, &dy, v0, v1, v2, left, hit);
+    const vec x = rti_f16_each(dx, at), y = rti_f16_each(dy, at);
+    return tri_exact(r, &x, &y, v0, v1, v2, left, hit);
+}
+
+/* Four triangles side by side for four rays: lane 4 r + t is ray r and triangle t, `lanes` those that count. Returns the hits, with
+ * what the leaf test gives, as bits; *ask has those that must be asked. best to at: as packet_fours_doubt has them. */
+RTI_VEC rtk_u32 packet_four_by_four(rtk_u32 mode, const tri_ray *r, const rtk_bvhblock *b, const rtk_u32 axis[3], rtk_u32 lanes,
+                                    const float *best, const rtk_u32 best_at[4], const float *dx, const float *dy,
+                                    const rtk_u32 at[4], tri_hit *hit, rtk_u32 *ask)
+{
+    const vec v0[3] = {rti_f16_row(b->v0[axis[0]]), rti_f16_row(b->v0[axis[1]]), rti_f16_row(b->v0[axis[2]])};
+    const vec v1[3] = {rti_f16_row(b->v1[axis[0]]), rti_f16_row(b->v1[axis[1]]), rti_f16_row(b->v1[axis[2]])};
+    const vec v2[3] = {rti_f16_row(b->v2[axis[0]]), rti_f16_row(b->v2[axis[1]]), rti_f16_row(b->v2[axis[2]])};
+    *ask = 0u;
+    if (tri_test(r, v0, v1, v2, lanes, hit) == 0u)
+        return 0u;
+    if (__builtin_expect(hit->doubt != 0u, 0)) {
+        if (mode & RTK_MODE_ANY) {
+            hit->hit |= hit->certain;
+            hit->doubt &= ~hit->certain;
+        } else {
+            hit->doubt &= ~(hit->certain & VM(bits)(V(lt)(rti_f16_each(best, best_at), hit->t - hit->off)));
+        }
+        if (hit->doubt != 0u) { /* of copies: what has its address taken is in no register */
+            const tri_ray four = *r;
+            const vec c0[3] = {v0[0], v0[1], v0[2]}, c1[3] = {v1[0], v1[1], v1[2]}, c2[3] = {v2[0], v2[1], v2[2]};
+            tri_hit more = *hit;
+            *ask = packet_fours_doubt(mode, &four, best, best_at, dx, dy, at, c0, c1, c2, hit->doubt, &more);
+            *hit = more;
+        }
+    }
+    return hit->hit;
 }
 
 /* As packet_blocks, of a plain packet, four rays by four triangles at a time: lane 4 r + t is ray r and triangle t. */
 RTI_VEC void packet_fours(packet *p, rtk_u32 mode, const rtk_part *part, uint64_t rays, rtk_u32 from, uint64_t places)
 {
-    const rtk_u32 x = p->kx, y = p->ky, z = p->kz;
+    const rtk_u32 x = p->kx, y = p->ky, z = p->kz, axis[3] = {x, y, z};
     while (rays != 0u) {
         rtk_u32 lane[4], n = 0u;
         for (; n < 4u && rays != 0u; rays &= rays - 1u)
@@ -261,32 +303,13 @@ RTI_VEC void packet_fours(packet *p, rtk_u32 mode, const rtk_part *part, uint64_
                            V(set)(part->scale)};
         rtk_u32 at = from;
         for (uint64_t left = places; left != 0u; left >>= 4u, at += 4u) {
-            const rtk_bvhblock *b = &part->RTK_TREE.blocks[at / 4u];
-            const vec v0[3] = {rti_f16_row(b->v0[x]), rti_f16_row(b->v0[y]), rti_f16_row(b->v0[z])};
-            const vec v1[3] = {rti_f16_row(b->v1[x]), rti_f16_row(b->v1[y]), rti_f16_row(b->v1[z])};
-            const vec v2[3] = {rti_f16_row(b->v2[x]), rti_f16_row(b->v2[y]), rti_f16_row(b->v2[z])};
             tri_hit hit;
             float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD];
-            rtk_u32 bits = tri_test(&r, v0, v1, v2, want & 0x1111u * (rtk_u32)(left & 15u), &hit);
-            if (bits == 0u)
+            rtk_u32 ask, bits = packet_four_by_four(mode, &r, &part->RTK_TREE.blocks[at / 4u], axis,
+                                                    want & 0x1111u * (rtk_u32)(left & 15u), p->t, lane, p->dir[x], p->dir[y], lane,
+                                                    &hit, &ask);
+            if ((bits | ask) == 0u)
                 continue;
-            rtk_u32 ask = 0u;
-            if (__builtin_expect(hit.doubt != 0u, 0)) {
-                if (mode & RTK_MODE_ANY) {
-                    hit.hit |= hit.certain;
-                    hit.doubt &= ~hit.certain;
-                } else {
-                    hit.doubt &= ~(hit.certain & VM(bits)(V(lt)(rti_f16_each(p->t, lane), hit.t - hit.off)));
-                }
-                if (hit.doubt != 0u) { /* of copies: what has its address taken is in no register */
-                    const tri_ray four = r;
-                    const vec c0[3] = {v0[0], v0[1], v0[2]}, c1[3] = {v1[0], v1[1], v1[2]}, c2[3] = {v2[0], v2[1], v2[2]};
-                    tri_hit more = hit;
-                    ask = packet_fours_doubt(p, mode, &four, lane, c0, c1, c2, hit.doubt, &more);
-                    hit = more;
-                }
-                bits = hit.hit;
-            }
             V(store)(t, hit.t);
             V(store)(u, hit.u);
             V(store)(v, hit.v);
@@ -356,19 +379,6 @@ RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rt
     }
 }
 
-/* Asks for what a slot holds, a node or a leaf's first block, or of a leaf without blocks whatever stands there: it will be looked
- * at after what is nearer. */
-RTI_VEC void packet_expect(const rtk_tree *tree, const rtk_bvhnode *n, rtk_u32 slot)
-{
-    const rtk_u32 child = n->child[slot];
-    const uintptr_t node = (uintptr_t)tree->bvh + child * sizeof *tree->bvh;
-    const uintptr_t block = (uintptr_t)tree->blocks + child / 4u * sizeof *tree->blocks;
-    const uintptr_t at = n->count[slot] == 0u ? node : block; /* a number: it may be in no object */
-    __builtin_prefetch((const void *)at);
-    __builtin_prefetch((const void *)(at + 64u));
-    __builtin_prefetch((const void *)(at + 128u));
-}
-
 /* Slots that wait: where the packet's bounds meet them, their nodes, and lanes before which all rays miss them. */
 #define PACKET_STACK (RTK_BVH_STACK + RTK_BVH_WIDTH)
 typedef struct packet_stack {
@@ -407,7 +417,7 @@ RTI_VEC void packet_push(packet_stack *s, rtk_u32 node, rtk_u32 bits, const floa
 
 /* The rays [p->rays] through a part's tree; returns those that it has not finished: the packet came apart. A node is opened when
  * the packet's bounds meet it, which is one test for all rays, and then one of the rays, asked from the first that met its
- * parent; of a pencil the bounds are as good as its rays. */
+ * parent; where all start at one point the bounds are as good as the rays. */
 RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
 {
     packet_stack stack;
@@ -421,7 +431,7 @@ RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
         const rtk_u32 bits = packet_open(p, &nodes[at], t);
         packet_push(&stack, at, bits, t, lane);
         for (rtk_u32 l = bits; l != 0u; l &= l - 1u)
-            packet_expect(&part->RTK_TREE, &nodes[at], (rtk_u32)__builtin_ctz(l));
+            bvh_expect(&part->RTK_TREE, nodes[at].child[__builtin_ctz(l)], nodes[at].count[__builtin_ctz(l)]);
         for (;;) {
             if (stack.top == 0u)
                 return 0u;
@@ -431,7 +441,7 @@ RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
             const rtk_bvhnode *n = &nodes[stack.node[top]];
             const rtk_u32 slot = stack.slot[top];
             lane = stack.lane[top];
-            if (!(mode & RTK_MODE_ANY) && p->pencil && n->count[slot] == 0u) {
+            if (!(mode & RTK_MODE_ANY) && p->one && n->count[slot] == 0u) {
                 at = n->child[slot];
                 break;
             }

@@ -302,17 +302,6 @@ RTI_VEC rtk_u32 stream_open(streams *a, const stream *s, rtk_u32 mode, rtk_u32 o
     return all;
 }
 
-RTI_VEC void stream_expect(const rtk_tree *tree, rtk_u32 child, rtk_u32 count)
-{
-    const uintptr_t node = (uintptr_t)tree->bvh + child * sizeof *tree->bvh;
-    const uintptr_t block = (uintptr_t)tree->blocks + child / 4u * sizeof *tree->blocks;
-    const uintptr_t at = count == 0u ? node : block; /* a number: it may be in no object */
-    __builtin_prefetch((const void *)at);
-    __builtin_prefetch((const void *)(at + 64u));
-    __builtin_prefetch((const void *)(at + 128u));
-    __builtin_prefetch((const void *)(at + 192u));
-}
-
 /* The numbers in the list of a slot: of `size` of ids those with its bit. Returns how many. */
 RTI_VEC rtk_u32 stream_deal(const streams *a, uint16_t *to, const uint16_t *ids, rtk_u32 size, rtk_u32 slot)
 {

@@ -183,7 +183,7 @@ RTI_VEC rtk_u32 stream_load(streams *a, rtk_u32 mode, rtk_u32 number, rtk_u32 co
 RTI_VEC void stream_next(const streams *a, const stream *s)
 {
     if (s->top != 0u)
-        stream_expect(&a->tree, s->child[s->top - 1u], s->count[s->top - 1u]);
+        bvh_expect(&a->tree, s->child[s->top - 1u], s->count[s->top - 1u]);
 }
 
 /* A step of a stream's way: one list to what it waits for. Returns how many rays stand in a->now that found no room in lists. */

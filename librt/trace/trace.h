@@ -13,10 +13,11 @@
 #define RTI_TRACE_AFTER 4u
 #define RTI_TRACE_STEPS 8u /* scratch->steps: what each ray cost */
 
-/* What a worker lends a tracer. stats are added to: rays and crowded always, the others with RTI_TRACE_STEPS (no loop counts
- * unasked). steps (may be NULL) has count entries then. nodes: inner nodes; crowded: rays that left a stream for want of room. */
+/* What a worker lends a tracer. stats are added to: rays, crowded and together always, the others with RTI_TRACE_STEPS (no loop
+ * counts unasked). steps (may be NULL) has count entries then. nodes: inner nodes; crowded: rays that left a stream for want of
+ * room; together: rays that went through a tree as a pencil. */
 typedef struct rti_trace_stats {
-    uint64_t rays, nodes, leaves, tests, crowded;
+    uint64_t rays, nodes, leaves, tests, crowded, together;
 } rti_trace_stats;
 typedef struct rti_steps {
     uint32_t nodes, leaves, tests;

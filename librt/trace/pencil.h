@@ -1,0 +1,317 @@
+/* Rays of a tile that pass through one point, for hot files: how a pencil is made. pencil_walk.h has its way through a tree.
+ *
+ * Up to PENCIL blocks of sixteen rays go together when their lines pass through one point, the apex: the eye, a point light that
+ * they end at, or the eye's image in a mirror. Seen from there a ray is two numbers, its slopes along the axis that all rays
+ * mainly follow, and a block of rays is a rectangle of slopes. A node's boxes are asked for all blocks by the rectangle around
+ * theirs; of those that it meets, each for sixteen rectangles at once, a lane a block. Of a triangle the edge functions of the
+ * leaf test are linear in the slopes, so what they are at a rectangle's worst corner is told in a few operations, again a lane a
+ * block. Rays are looked at one by one only by the leaf test itself, of the blocks that are left. So what does not depend on
+ * the number of rays is shared by 256 of them, and hardly a triangle is tested for sixteen rays that all miss it.
+ * (Reshetov, Soupikov, Hurley 2005; Dmitriev, Havran, Seidel 2004; Benthin, Wald 2009. What differs: lanes are rectangles of
+ * rays; all bounds are proved to keep every hit of the leaf test.)
+ *
+ * Depth is measured from the apex along that axis, the way that rays run from it, or, where they run to it, against their way:
+ * it is positive where rays are looked at. What bounds allow for: u = 2^-24, S = scale of the part, P = greatest coordinate of
+ * apex and origins, P <= RTK_FAR S where an origin is concerned.
+ *   off     how far a ray's line is from the apex, measured at the apex' depth along both other axes, and 16 u (P + S) for that
+ *           measurement's own roundings, which are 12 u P
+ *   boxes   grown by 2^-17 S where hits lie within 2^-18 S (ray.h, points 2 and 3), are widened by off + 48 u (P + S) besides:
+ *           slopes are off by u of themselves, of a way of at most P + S; a coordinate less the apex' by u (P + S); quotients are
+ *           made wider by 16 u of themselves; and where a ray starts less deep than the apex, by 16 u (P + S) at most, it is
+ *           looked at from there on, as far to a side of where it is
+ *           (Rays are not asked whether they meet the part, as rtk_ray_prepare asks: by points 2 and 3 those that hit do. Nor is
+ * the apex held to a bound: where products overflow, a triangle is not told from one that is met.) depths  of origins and ends
+ * are rounded by 4 u of P and of the way; 16 u of each, and 48 u (P + S), are allowed for edges   the leaf test's sheared corners
+ * are those of a ray through the apex, but for off and 6 u (P + S); those here, of the middle slopes, for 6 u (P + S) more. With
+ * H the greatest difference of a slope from the middle, and of each corner s = max(|x|, |y|) + H |z|, its x and y at any ray of
+ * the pencil are no more than s, so of the greatest s of the three corners an edge function there differs from what is told here
+ * by less than (s + e) (4 e + 32 u s), e = off + 48 u (P
+ * + S): four products, each with one factor wrong by e, and roundings of products that add up to less than 2 s s, six each at
+ * most. The leaf test's signs are those of its corners exactly, so below minus that an edge function is negative there, too.
+ */
+#ifndef RTI_PENCIL_H
+#define RTI_PENCIL_H
+
+#include "bvh_packet_walk.h"
+
+#define PENCIL        16u
+#define PENCIL_RAYS   (PENCIL * RTK_BLOCK)
+#define PENCIL_LOST   4u             /* times that rays are no pencil before the rest of a batch is not tried */
+#define BUNDLES       32u            /* rectangles */
+#define PENCIL_U      9.5367432e-07f /* 16 u */
+#define PENCIL_HALVES (RTK_BLOCK / RTI_SIMD)
+
+/* Between which depths x is from a to b, for slopes from lo to hi of a rectangle a lane: from max(a in[0], b in[1]) on, and up to
+ * min(a out[0] + more[0], b out[1] + more[1]). */
+typedef struct pencil_ways {
+    _Alignas(64) float in[2][BUNDLES], out[2][BUNDLES], more[2][BUNDLES];
+} pencil_ways;
+
+typedef struct pencil {
+    _Alignas(64) float slope[2][PENCIL][RTK_BLOCK]; /* along kx and ky */
+    float to[PENCIL][RTK_BLOCK];                    /* the depth that a ray reaches to */
+#ifdef RTI_PACK
+    /* Rays side by side, of the blocks in `recorded`: origin, slopes and direction along kx, ky, kz, tmin, tmax. */
+    _Alignas(64) float record[PENCIL][RTK_BLOCK][8];
+#endif
+    rtk_u32 recorded;
+    /* Of each bundle, rays of one block that walk: corner[k][0] the least, corner[k][1] the greatest of slope k less the middle
+     * one; the depths between which hits are looked for. */
+    _Alignas(64) float corner[2][2][BUNDLES];
+    float from[BUNDLES], reach[BUNDLES];
+    pencil_ways ways[2];
+    uint16_t live[BUNDLES];
+    uint8_t block[BUNDLES];
+    rtk_u32 end;     /* bundles that are looked at: PENCIL, or BUNDLES */
+    rtk_u32 bundles; /* those with rays, a bit each */
+    /* Of all of them. */
+    rtk_u32 kx, ky, kz;
+    float turn;                     /* 1 or -1: depth is turn * (z - apex z) */
+    float apex[3], low[3], high[3]; /* the apex, in the order kx, ky, kz, and less and more a box' margin */
+    float edge, most[2], middle[2]; /* e, H, and the middle slopes */
+    float deepest;                  /* no bundle looks farther */
+    pencil_ways all[2];             /* of the rectangle around all, in every lane */
+    rtk_u32 away;                   /* rays run from the apex, not to it */
+    rtk_u32 one;                    /* all rays start at the apex exactly */
+    rtk_u32 changed;                /* closest hits: bundles whose reach is to be found anew */
+    const rtk_scene *scene;
+    const rtk_part *part;
+    const rtk_trace_block *batch;
+    rtk_hit_block *all_hits;
+    uint16_t *all_occluded;
+    rti_scratch *scratch;
+    rtk_u32 lost;  /* so many times one after the other rays were no pencil */
+    rtk_u32 first; /* the pencil's first ray, a number in the batch; from it on: */
+    const rtk_trace_block *rays;
+    rtk_hit_block *hits;
+    uint16_t *occluded;
+    rtk_u32 next; /* blocks of the next one */
+    struct {
+        rtk_u32 geom, first, count;
+    } mesh; /* as a packet's */
+} pencil;
+
+RTI_VEC void pencil_open_batch(pencil *p, const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
+                               uint16_t *occluded, rti_scratch *scratch)
+{
+    p->scene = scene;
+    p->batch = rays;
+    p->all_hits = hits;
+    p->all_occluded = occluded;
+    p->scratch = scratch;
+    p->mesh.first = p->mesh.count = 0u;
+}
+
+/* May a part's rays go in pencils? There they meet triangles alone, of which every hit counts. */
+RTI_VEC int pencil_fits(const rtk_group *g, const rtk_part *part)
+{
+    return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && g->plane_count == 0u && part->RTK_TREE.block_count != 0u;
+}
+
+RTI_VEC rtk_u32 pencil_lanes(rtk_u32 mask, rtk_u32 h)
+{
+    return mask >> h * RTI_SIMD & LANES_ALL;
+}
+
+/* Of each of the vectors the least lane, none of which is NaN. */
+RTI_VEC void pencil_lows(const vec a[PENCIL], float out[PENCIL])
+{
+#ifdef RTI_PACK
+    rti_f16_store(out, rti_f16_lows(a));
+#else
+    for (rtk_u32 i = 0u; i < PENCIL; i++)
+        out[i] = packet_low(a[i]);
+#endif
+}
+RTI_VEC float pencil_low(const float *a, rtk_u32 n)
+{
+    vec m = V(load)(a);
+    for (rtk_u32 h = RTI_SIMD; h < n; h += RTI_SIMD)
+        m = V(min)(m, V(load)(a + h));
+    return packet_low(m);
+}
+RTI_VEC float pencil_high(const float *a, rtk_u32 n)
+{
+    vec m = V(load)(a);
+    for (rtk_u32 h = RTI_SIMD; h < n; h += RTI_SIMD)
+        m = V(max)(m, V(load)(a + h));
+    return packet_high(m);
+}
+
+/* Of RTI_SIMD rays from lane k on those that are valid, rtk_ray_valid, and have the mask `common`. */
+RTI_VEC rtk_u32 pencil_valid(const rtk_trace_block *b, rtk_u32 k, vec_bits common)
+{
+    const vec most = V(set)(3.402823466e38f);
+    const vec dx = V(abs)(V(load)(b->dx + k)), dy = V(abs)(V(load)(b->dy + k)), dz = V(abs)(V(load)(b->dz + k));
+    const vec longest = V(max)(V(max)(dx, dy), dz);
+    vec_bits sees;
+    vec same;
+    vmask ok = V(lt)(V(load)(b->tmin + k), V(load)(b->tmax + k));
+    ok = VM(and)(ok, VM(and)(V(le)(V(abs)(V(load)(b->ox + k)), most), V(le)(dx, most)));
+    ok = VM(and)(ok, VM(and)(V(le)(V(abs)(V(load)(b->oy + k)), most), V(le)(dy, most)));
+    ok = VM(and)(ok, VM(and)(V(le)(V(abs)(V(load)(b->oz + k)), most), V(le)(dz, most)));
+    ok = VM(and)(ok, VM(and)(V(le)(V(set)(RTK_DIR_MIN), longest), V(le)(longest, V(set)(RTK_DIR_MAX))));
+    memcpy(&sees, b->mask + k, sizeof sees);
+    sees = (vec_bits)(sees == common);
+    memcpy(&same, &sees, sizeof same); /* lanes of all ones are no numbers */
+    return VM(bits)(ok) & ~VM(bits)(V(eq)(same, same));
+}
+
+/* Asks for block g of the next pencil and, of closest hits, for where its hits are to be. */
+RTI_VEC void pencil_expect(const pencil *p, rtk_u32 mode, rtk_u32 g)
+{
+    if (p->next <= g)
+        return;
+    const char *rays = (const char *)(p->rays + PENCIL + g);
+    for (rtk_u32 i = 0u; i < sizeof *p->rays; i += 64u)
+        __builtin_prefetch(rays + i);
+    if (mode & RTK_MODE_ANY)
+        return;
+    const char *hits = (const char *)(p->hits + PENCIL + g);
+    for (rtk_u32 i = 0u; i < sizeof *p->hits; i += 64u)
+        __builtin_prefetch(hits + i, 1);
+}
+
+/* The first n rays of a block have no hits. */
+RTI_VEC void pencil_none(const rtk_trace_block *b, rtk_hit_block *hit, rtk_u32 n)
+{
+    memcpy(hit->t, b->tmax, n * sizeof *hit->t);
+    memset(hit->u, 0, n * sizeof *hit->u);
+    memset(hit->v, 0, n * sizeof *hit->v);
+    memset(hit->prim, 0xff, n * sizeof *hit->prim); /* RTK_INVALID */
+    memset(hit->geom, 0xff, n * sizeof *hit->geom);
+    memset(hit->inst, 0xff, n * sizeof *hit->inst);
+}
+
+/* The rays of a batch from number `first` on, `count` of at most PENCIL_RAYS: *want has those that may go, *rest the other valid
+ * ones. Hits are none unless something was asked before (again). */
+RTI_APART void pencil_load(pencil *p, rtk_u32 mode, rtk_u32 count, int again, uint16_t want[PENCIL], uint16_t rest[PENCIL])
+{
+    const rtk_u32 blocks = (count + RTK_BLOCK - 1u) / RTK_BLOCK;
+    vec_bits common;
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
+        common[i] = p->rays[0].mask[0]; /* where it is none, no hit counts, and rays are not looked for */
+    for (rtk_u32 g = 0u; g < PENCIL; g++) {
+        const rtk_trace_block *b = &p->rays[g];
+        rtk_u32 valid = 0u, all = RTK_BLOCK;
+        want[g] = rest[g] = 0u;
+        if (g >= blocks)
+            continue;
+        if (count - g * RTK_BLOCK < RTK_BLOCK)
+            all = count - g * RTK_BLOCK;
+        for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD)
+            valid |= pencil_valid(b, k, common) << k;
+        if (!(mode & RTK_MODE_ANY) && !again) {
+            if (all == RTK_BLOCK)
+                pencil_none(b, &p->hits[g], RTK_BLOCK); /* a number, so no calls */
+            else
+                pencil_none(b, &p->hits[g], all);
+        }
+        all = (2u << (all - 1u)) - 1u;
+        if (mode & RTK_MODE_ANY) {
+            if (!again)
+                p->occluded[g] = 0u;
+            all &= ~(rtk_u32)p->occluded[g];
+        }
+        want[g] = (uint16_t)(common[0] != 0u ? valid & all : 0u);
+        rest[g] = (uint16_t)(all & ~(rtk_u32)want[g]);
+    }
+}
+
+/* A ray of a block, its numbers in the order kx, ky, kz. */
+typedef struct pencil_ray {
+    double org[3], dir[3], tmax;
+} pencil_ray;
+RTI_VEC pencil_ray pencil_one(const pencil *p, rtk_u32 g, rtk_u32 i)
+{
+    const rtk_trace_block *b = &p->rays[g];
+    const float org[3] = {b->ox[i], b->oy[i], b->oz[i]}, dir[3] = {b->dx[i], b->dy[i], b->dz[i]};
+    return (pencil_ray){{org[p->kx], org[p->ky], org[p->kz]}, {dir[p->kx], dir[p->ky], dir[p->kz]}, b->tmax[i]};
+}
+
+/* Guesses where the lines of two rays meet. Rays run from there, unless they ask for any hit and run to it. */
+RTI_VEC int pencil_apex(pencil *p, rtk_u32 mode, const pencil_ray *a, const pencil_ray *b)
+{
+    double t = 0.0;
+    p->away = 1u;
+    p->turn = 1.0f;
+    for (rtk_u32 i = 0u; i < 3u; i++)
+        p->apex[i] = (float)a->org[i];
+    if (a->org[0] == b->org[0] && a->org[1] == b->org[1] && a->org[2] == b->org[2]) {
+        p->turn = a->dir[2] > 0.0 ? 1.0f : -1.0f;
+        return 1;
+    }
+    {
+        const double x = b->org[0] - a->org[0], y = b->org[1] - a->org[1], z = b->org[2] - a->org[2];
+        const double sx = a->dir[0] / a->dir[2], sy = a->dir[1] / a->dir[2];
+        const double rx = b->dir[0] / b->dir[2] - sx, ry = b->dir[1] / b->dir[2] - sy, rr = rx * rx + ry * ry;
+        if (!(rr > 0.0))
+            return 0;
+        /* at depth w behind a's origin the lines are (x - sx z) + (w - z) r apart */
+        t = (z - (rx * (x - sx * z) + ry * (y - sy * z)) / rr) / a->dir[2];
+        if (t > 0.0) {
+            if (!(mode & RTK_MODE_ANY))
+                return 0;
+            p->away = 0u;
+            if (a->tmax < 1.001 * t && a->tmax > 0.999 * t) /* a light's rays end there */
+                t = a->tmax;
+        }
+    }
+    p->apex[0] = (float)(a->org[0] + t * a->dir[0]);
+    p->apex[1] = (float)(a->org[1] + t * a->dir[1]);
+    p->apex[2] = (float)(a->org[2] + t * a->dir[2]);
+    p->turn = (a->dir[2] > 0.0) == (p->away != 0u) ? 1.0f : -1.0f;
+    return 1;
+}
+
+/* Of RTI_SIMD rays those whose dominant axis is kz, as rtk_ray_prepare chooses it, and that run up or down it. */
+RTI_VEC rtk_u32 pencil_alike(const pencil *p, vec x, vec y, vec z, int down)
+{
+    const vec ax = V(abs)(x), ay = V(abs)(y), az = V(abs)(z);
+    rtk_u32 ok;
+    if (p->kz == 0u) /* kx is y, ky is z */
+        ok = VM(bits)(VM(and)(V(lt)(ax, az), V(lt)(ay, az)));
+    else if (p->kz == 1u) /* kx is z, ky is x */
+        ok = VM(bits)(VM(and)(V(lt)(ax, az), V(le)(ay, az)));
+    else
+        ok = VM(bits)(VM(and)(V(le)(ax, az), V(le)(ay, az)));
+    const rtk_u32 neg = VM(bits)(V(lt)(z, V(set)(0.0f)));
+    return ok & (down ? neg : ~neg);
+}
+
+RTI_VEC void pencil_ways_of(pencil_ways *w, vec lo, vec hi, rtk_u32 at)
+{
+    const vec zero = V(set)(0.0f), inf = V(set)(RTK_INF), a = V(set)(1.0f) / lo, b = V(set)(1.0f) / hi;
+    const vec less = V(set)(1.0f - PENCIL_U), more = V(set)(1.0f + PENCIL_U);
+    const vmask under = V(lt)(lo, zero), over = V(lt)(zero, lo), low = V(lt)(hi, zero), high = V(lt)(zero, hi);
+    V(store)(w->in[0] + at, V(select)(high, less * b, zero));
+    V(store)(w->in[1] + at, V(select)(under, less * a, zero));
+    V(store)(w->out[0] + at, V(select)(low, more * b, zero));
+    V(store)(w->out[1] + at, V(select)(over, more * a, zero));
+    V(store)(w->more[0] + at, V(select)(low, zero, inf));
+    V(store)(w->more[1] + at, V(select)(over, zero, inf));
+}
+
+/* Whether the first and the last of `want` may be of one pencil; *down: it runs down its axis. */
+RTI_VEC int pencil_guess(pencil *p, rtk_u32 mode, const uint16_t want[PENCIL], int *down)
+{
+    rtk_u32 first = 0u, last = PENCIL - 1u;
+    while (want[first] == 0u)
+        first++;
+    while (want[last] == 0u)
+        last--;
+    const rtk_u32 i = (rtk_u32)__builtin_ctz(want[first]), k = 31u - (rtk_u32)__builtin_clz(want[last]);
+    const rtk_trace_block *b = &p->rays[first];
+    const float x = rtk_fabs(b->dx[i]), y = rtk_fabs(b->dy[i]), z = rtk_fabs(b->dz[i]);
+    p->kz = x > y && x > z ? 0u : (y > z ? 1u : 2u);
+    p->kx = p->kz == 2u ? 0u : p->kz + 1u;
+    p->ky = p->kx == 2u ? 0u : p->kx + 1u;
+    const pencil_ray head = pencil_one(p, first, i);
+    pencil_ray tail = pencil_one(p, last, k);
+    *down = head.dir[2] < 0.0;
+    if ((tail.dir[2] < 0.0) != *down || tail.dir[2] == 0.0)
+        tail = head;
+    return pencil_apex(p, mode, &head, &tail);
+}
+
+#endif

@@ -1,0 +1,253 @@
+/* How a pencil of the rays that were loaded is made ready for its walk, for hot files: the rectangles of their slopes, and the
+ * bounds that pencil.h tells of. */
+#ifndef RTI_PENCIL_BEGIN_H
+#define RTI_PENCIL_BEGIN_H
+
+#include "pencil.h"
+
+#define PENCIL_FEW   32u            /* rays for which a pencil is not worth its while */
+#define PENCIL_OFF   6.1035156e-05f /* 2^-14: of the scale; rays whose lines are farther from the apex are no pencil's */
+#define PENCIL_LEAST 1e-12f         /* scales that products of two coordinates are far from underflow and overflow with */
+#define PENCIL_MOST  1e12f
+#define PENCIL_GAP   0.4f /* of a rectangle's longer side, so wide a gap may part a block */
+#define PENCIL_WORTH 0.6f /* of its sides' sum, so much the parts' are when it does */
+
+/* Lanes that are not the same bits, none of them a NaN: zeros of either sign, too. */
+RTI_VEC rtk_u32 pencil_differ(vec a, vec b)
+{
+    vec_bits x, y;
+    vec same;
+    memcpy(&x, &a, sizeof x);
+    memcpy(&y, &b, sizeof y);
+    x = (vec_bits)(x != y);
+    memcpy(&same, &x, sizeof same); /* lanes of all ones are no numbers */
+    return LANES_ALL & ~VM(bits)(V(eq)(same, same));
+}
+
+/* How deep bundle i looks for hits. */
+RTI_APART float pencil_end(const pencil *p, rtk_u32 mode, rtk_u32 i)
+{
+    const rtk_u32 g = p->block[i];
+    const rtk_trace_block *b = &p->rays[g];
+    const float *const o[3] = {b->ox, b->oy, b->oz}, *const d[3] = {b->dx, b->dy, b->dz};
+    vec m = V(set)(-RTK_INF);
+    for (rtk_u32 h = 0u; h < PENCIL_HALVES; h++) {
+        const rtk_u32 k = h * RTI_SIMD;
+        const vec deep = V(set)(p->turn) * (V(load)(o[p->kz] + k) - V(set)(p->apex[2])), way = V(abs)(V(load)(d[p->kz] + k));
+        vec end = deep - V(load)(b->tmin + k) * way;
+        if (p->away)
+            end = deep + V(load)((mode & RTK_MODE_ANY ? b->tmax : p->hits[g].t) + k) * way;
+        m = V(max)(m, V(select)(VM(of)(pencil_lanes(p->live[i], h)), end, m));
+    }
+    const float end = packet_high(m);
+    return end + (PENCIL_U * rtk_fabs(end) + p->edge);
+}
+
+/* Bundles' rectangles while they are made: low and high slopes, times turn. */
+typedef struct pencil_rects {
+    _Alignas(64) float low[2][BUNDLES], high[2][BUNDLES];
+} pencil_rects;
+
+RTI_VEC void pencil_rect(const pencil *p, pencil_rects *r, rtk_u32 i)
+{
+    const rtk_u32 g = p->block[i];
+    for (rtk_u32 k = 0u; k < 2u; k++) {
+        vec lo = V(set)(RTK_INF), hi = -lo;
+        for (rtk_u32 h = 0u; h < PENCIL_HALVES; h++) {
+            const vec x = V(set)(p->turn) * V(load)(p->slope[k][g] + h * RTI_SIMD);
+            const vmask in = VM(of)(pencil_lanes(p->live[i], h));
+            lo = V(min)(V(select)(in, x, lo), lo);
+            hi = V(max)(V(select)(in, x, hi), hi);
+        }
+        r->low[k][i] = packet_low(lo);
+        r->high[k][i] = packet_high(hi);
+    }
+}
+
+/* Of a block's lanes, which are rays of bundle i, where they are on the longer side of its rectangle, those under the middle of
+ * that (returned), less the greatest of these and the least of the others, a lane a ray, infinite without one. */
+RTI_VEC rtk_u32 pencil_gap(const pencil *p, const pencil_rects *r, rtk_u32 i, vec *under, vec *over)
+{
+    const float x = r->high[0][i] - r->low[0][i], y = r->high[1][i] - r->low[1][i];
+    const rtk_u32 k = x < y, g = p->block[i];
+    const vec middle = V(set)(r->low[k][i] + 0.5f * rtk_max(x, y)), inf = V(set)(RTK_INF);
+    rtk_u32 low = 0u;
+    *under = *over = inf;
+    for (rtk_u32 h = 0u; h < PENCIL_HALVES; h++) {
+        const vec s = V(set)(p->turn) * V(load)(p->slope[k][g] + h * RTI_SIMD);
+        const rtk_u32 lanes = pencil_lanes(p->live[i], h), some = lanes & VM(bits)(V(lt)(s, middle));
+        *under = V(min)(V(select)(VM(of)(some), -s, inf), *under);
+        *over = V(min)(V(select)(VM(of)(lanes & ~some), s, inf), *over);
+        low |= some << h * RTI_SIMD;
+    }
+    return low;
+}
+
+/* Parts bundle i if its rays lie apart, as seen from the apex, and it is worth it; the other part is bundle n. */
+RTI_APART int pencil_cut(pencil *p, rtk_u32 mode, pencil_rects *r, rtk_u32 i, rtk_u32 n)
+{
+    const float x = r->high[0][i] - r->low[0][i], y = r->high[1][i] - r->low[1][i];
+    const rtk_u32 all = p->live[i];
+    vec less, more;
+    const rtk_u32 under = pencil_gap(p, r, i, &less, &more);
+    if (under == 0u || under == all || !(packet_low(more) + packet_low(less) > PENCIL_GAP * rtk_max(x, y)))
+        return 0;
+    const float was[2][2] = {{r->low[0][i], r->high[0][i]}, {r->low[1][i], r->high[1][i]}};
+    p->block[n] = p->block[i];
+    p->live[i] = (uint16_t)under;
+    p->live[n] = (uint16_t)(all & ~under);
+    pencil_rect(p, r, i);
+    pencil_rect(p, r, n);
+    const float both = (r->high[0][i] - r->low[0][i]) + (r->high[1][i] - r->low[1][i]) + (r->high[0][n] - r->low[0][n]) +
+                       (r->high[1][n] - r->low[1][n]);
+    if (!(both < PENCIL_WORTH * (x + y))) {
+        p->live[i] = (uint16_t)all;
+        for (rtk_u32 k = 0u; k < 2u; k++) {
+            r->low[k][i] = was[k][0];
+            r->high[k][i] = was[k][1];
+        }
+        return 0;
+    }
+    p->from[n] = p->from[i];
+    p->reach[i] = pencil_end(p, mode, i);
+    p->reach[n] = pencil_end(p, mode, n);
+    p->bundles |= 1u << n;
+    return 1;
+}
+
+/* Blocks whose rays lie apart, because they start on what does, become two bundles or more. */
+RTI_APART void pencil_part(pencil *p, rtk_u32 mode, pencil_rects *r)
+{
+    vec under[PENCIL], over[PENCIL];
+    _Alignas(64) float less[PENCIL], more[PENCIL];
+    rtk_u32 n = PENCIL;
+    for (rtk_u32 g = 0u; g < PENCIL; g++)
+        pencil_gap(p, r, g, &under[g], &over[g]);
+    pencil_lows(under, less);
+    pencil_lows(over, more);
+    for (rtk_u32 i = 0u; i < n && n < BUNDLES; i++) {
+        if (!(p->bundles >> i & 1u) || (i < PENCIL && !(more[i] + less[i] > PENCIL_GAP * rtk_max(r->high[0][i] - r->low[0][i],
+                                                                                                 r->high[1][i] - r->low[1][i]))))
+            continue;
+        while (n < BUNDLES && pencil_cut(p, mode, r, i, n))
+            n++;
+    }
+    for (rtk_u32 i = n; i < BUNDLES; i++) {
+        p->live[i] = 0u;
+        p->block[i] = 0u;
+        p->reach[i] = -RTK_INF;
+        p->from[i] = 0.0f;
+        r->low[0][i] = r->low[1][i] = RTK_INF;
+        r->high[0][i] = r->high[1][i] = -RTK_INF;
+    }
+    p->end = n > PENCIL ? BUNDLES : PENCIL;
+}
+
+/* Makes ready the walk of those of `want` that are like the first of them, which are taken out; those of them that are no
+ * pencil's go to `rest`. Returns how many walk. */
+RTI_APART rtk_u32 pencil_begin(pencil *p, rtk_u32 mode, uint16_t want[PENCIL], uint16_t rest[PENCIL])
+{
+    const float scale = p->part->scale;
+    const vec inf = V(set)(RTK_INF), zero = V(set)(0.0f);
+    vec lo[2][PENCIL], hi[2][PENCIL], from[PENCIL], reach[PENCIL], off = zero, most = zero;
+    rtk_u32 count = 0u, other = 0u;
+    int down;
+    const int apex = pencil_guess(p, mode, want, &down);
+    const float size = rtk_max(rtk_max(rtk_fabs(p->apex[0]), rtk_fabs(p->apex[1])), rtk_fabs(p->apex[2]));
+    const vec px = V(set)(p->apex[0]), py = V(set)(p->apex[1]), pz = V(set)(p->apex[2]), turn = V(set)(p->turn);
+    p->bundles = p->recorded = 0u;
+    for (rtk_u32 g = 0u; g < PENCIL; g++) {
+        const rtk_trace_block *b = &p->rays[g];
+        const float *const o[3] = {b->ox, b->oy, b->oz}, *const d[3] = {b->dx, b->dy, b->dz};
+        rtk_u32 live = 0u;
+        pencil_expect(p, mode, g);
+        lo[0][g] = hi[0][g] = lo[1][g] = hi[1][g] = from[g] = reach[g] = inf;
+        for (rtk_u32 h = 0u; h < PENCIL_HALVES; h++) {
+            const rtk_u32 k = h * RTI_SIMD;
+            rtk_u32 lanes = pencil_lanes(want[g], h);
+            if (lanes == 0u)
+                continue;
+            const vec dx = V(load)(d[p->kx] + k), dy = V(load)(d[p->ky] + k), dz = V(load)(d[p->kz] + k);
+            lanes &= pencil_alike(p, dx, dy, dz, down);
+            want[g] = (uint16_t)(want[g] & ~(lanes << k));
+            const vec sx = dx / dz, sy = dy / dz, x = turn * sx, y = turn * sy;
+            V(store)(p->slope[0][g] + k, sx);
+            V(store)(p->slope[1][g] + k, sy);
+            const vec ox = V(load)(o[p->kx] + k), oy = V(load)(o[p->ky] + k), oz = V(load)(o[p->kz] + k);
+            const vec tmin = V(load)(b->tmin + k), tmax = V(load)((mode & RTK_MODE_ANY ? b->tmax : p->hits[g].t) + k);
+            const vec deep = turn * (oz - pz), way = V(abs)(dz);
+            const vec rx = (ox - px) + sx * (pz - oz), ry = (oy - py) + sy * (pz - oz), miss = V(max)(V(abs)(rx), V(abs)(ry));
+            const vec begin = p->away ? deep + tmin * way : deep - tmax * way;
+            const vec end = p->away ? deep + tmax * way : deep - tmin * way;
+            const rtk_u32 others = lanes & ~VM(bits)(VM(and)(V(le)(miss, V(set)(PENCIL_OFF * scale)),
+                                                             V(le)(V(set)(-PENCIL_U * (size + scale)), begin)));
+            rest[g] = (uint16_t)(rest[g] | others << k);
+            lanes &= ~others;
+            live |= lanes << k;
+            const vmask in = VM(of)(lanes);
+            lo[0][g] = V(min)(lo[0][g], V(select)(in, x, inf));
+            hi[0][g] = V(min)(hi[0][g], V(select)(in, -x, inf));
+            lo[1][g] = V(min)(lo[1][g], V(select)(in, y, inf));
+            hi[1][g] = V(min)(hi[1][g], V(select)(in, -y, inf));
+            off = V(max)(V(select)(in, miss, zero), off);
+            most = V(max)(V(select)(in, V(max)(V(max)(V(abs)(ox), V(abs)(oy)), V(abs)(oz)), zero), most);
+            other |= lanes & (pencil_differ(ox, px) | pencil_differ(oy, py) | pencil_differ(oz, pz));
+            V(store)(p->to[g] + k, end);
+            from[g] = V(min)(from[g], V(select)(in, begin, inf));
+            reach[g] = V(min)(reach[g], V(select)(in, -end, inf));
+        }
+        p->live[g] = (uint16_t)live;
+        p->block[g] = (uint8_t)g;
+        p->bundles |= (rtk_u32)(live != 0u) << g;
+        count += (rtk_u32)__builtin_popcount(live);
+    }
+    const float far = packet_high(most), round = PENCIL_U * (rtk_max(far, size) + scale), line = packet_high(off) + round,
+                margin = line + 3.0f * round;
+    pencil_rects r;
+    pencil_lows(from, p->from);
+    pencil_lows(reach, p->reach);
+    if (!apex || count < PENCIL_FEW || !(far <= RTK_FAR * scale) || !(scale >= PENCIL_LEAST) || !(scale <= PENCIL_MOST)) {
+        for (rtk_u32 g = 0u; g < PENCIL; g++)
+            rest[g] |= p->live[g];
+        return 0u;
+    }
+    p->one = other == 0u;
+    p->edge = margin;
+    p->end = PENCIL;
+    for (rtk_u32 i = 0u; i < 3u; i++) {
+        p->low[i] = p->apex[i] - margin;
+        p->high[i] = p->apex[i] + margin;
+    }
+    for (rtk_u32 h = 0u; h < PENCIL; h += RTI_SIMD) {
+        const vec begin = V(load)(p->from + h), end = -V(load)(p->reach + h); /* of no rays: infinite, and NaN is made of it */
+        V(store)(p->from + h, V(max)(begin - (V(set)(PENCIL_U) * V(abs)(begin) + V(set)(margin)), zero));
+        V(store)(p->reach + h, V(max)(end + (V(set)(PENCIL_U) * V(abs)(end) + V(set)(margin)), -inf));
+    }
+    for (rtk_u32 k = 0u; k < 2u; k++) {
+        pencil_lows(lo[k], r.low[k]);
+        pencil_lows(hi[k], r.high[k]);
+        for (rtk_u32 h = 0u; h < PENCIL; h += RTI_SIMD)
+            V(store)(r.high[k] + h, -V(load)(r.high[k] + h));
+    }
+    if (!p->one)
+        pencil_part(p, mode, &r);
+    for (rtk_u32 k = 0u; k < 2u; k++) {
+        const float low = pencil_low(r.low[k], PENCIL), high = pencil_high(r.high[k], PENCIL);
+        const float least = p->end == PENCIL ? low : rtk_min(low, pencil_low(r.low[k] + PENCIL, PENCIL));
+        const float greatest = p->end == PENCIL ? high : rtk_max(high, pencil_high(r.high[k] + PENCIL, PENCIL));
+        const float middle = 0.5f * (least + greatest);
+        p->middle[k] = p->turn * middle;
+        p->most[k] = rtk_max(greatest - middle, middle - least);
+        pencil_ways_of(&p->all[k], V(set)(least), V(set)(greatest), 0u);
+        for (rtk_u32 h = 0u; h < p->end; h += RTI_SIMD) {
+            const vec l = V(load)(r.low[k] + h), u = V(load)(r.high[k] + h), c = V(set)(middle);
+            pencil_ways_of(&p->ways[k], l, u, h);
+            V(store)(p->corner[k][p->turn < 0.0f] + h, turn * (l - c));
+            V(store)(p->corner[k][p->turn > 0.0f] + h, turn * (u - c));
+        }
+    }
+    p->deepest = pencil_high(p->reach, p->end);
+    return count;
+}
+
+#endif

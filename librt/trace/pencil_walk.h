@@ -1,0 +1,311 @@
+/* The walk of a pencil through eight-wide nodes, for hot files; what it is, and what its bounds rest on, pencil.h tells. */
+#ifndef RTI_PENCIL_WALK_H
+#define RTI_PENCIL_WALK_H
+
+#include "pencil_meet.h"
+
+#define PENCIL_NODES   3u /* nodes a ray that a pencil may open before it has come apart */
+#define PENCIL_BUNDLED 4u /* bundles at a leaf up to which their rays are told from one another at once */
+#ifdef RTI_PACK
+#define PENCIL_LONE 24u /* rays at a leaf for which its triangles are not looked at before */
+#else
+#define PENCIL_LONE 8u
+#endif
+#define PENCIL_PAIRS 2u /* pairs of a bundle and a triangle, for each bundle, above which rays are told from one another */
+#define PENCIL_PRICE 2u /* what four rays by four triangles cost, in such pairs */
+
+/* The slots of a node that the rectangle around all rays meets, with a bound of the depth where. */
+RTI_APART rtk_u32 pencil_open(const pencil *p, const rtk_bvhnode *n, float t[RTK_BVH_WIDTH])
+{
+    rtk_u32 bits = 0u;
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i += NODE_N) {
+        const rtk_u32 axis[2] = {p->kx, p->ky};
+        const bvh_vec zl = NODE(load)(n->box[p->kz][0] + i), zh = NODE(load)(n->box[p->kz][1] + i);
+        bvh_vec in = zl - NODE(set)(p->high[2]), out = zh - NODE(set)(p->low[2]);
+        if (p->turn < 0.0f) {
+            in = NODE(set)(p->low[2]) - zh;
+            out = NODE(set)(p->high[2]) - zl;
+        }
+        bvh_vec t0 = NODE(max)(in, NODE(set)(0.0f)), t1 = NODE(min)(out, NODE(set)(p->deepest));
+        for (rtk_u32 k = 0u; k < 2u; k++) {
+            const bvh_vec lo = NODE(load)(n->box[axis[k]][0] + i) - NODE(set)(p->high[k]);
+            const bvh_vec hi = NODE(load)(n->box[axis[k]][1] + i) - NODE(set)(p->low[k]);
+            const pencil_ways *w = &p->all[k];
+            t0 = NODE(max)(lo * NODE(set)(w->in[0][0]), t0);
+            t0 = NODE(max)(hi * NODE(set)(w->in[1][0]), t0);
+            t1 = NODE(min)(NODE(madd)(lo, NODE(set)(w->out[0][0]), NODE(set)(w->more[0][0])), t1);
+            t1 = NODE(min)(NODE(madd)(hi, NODE(set)(w->out[1][0]), NODE(set)(w->more[1][0])), t1);
+        }
+        if (p->away)
+            NODE(store)(t + i, t0);
+        else
+            NODE(store)(t + i, NODE(set)(p->deepest) - t1);
+        bits |= node_bits(NODE(le)(t0, t1)) << i;
+    }
+    return bits;
+}
+
+/* The bundles whose rectangles meet a slot's box. */
+RTI_APART rtk_u32 pencil_enter(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot)
+{
+    const rtk_u32 axis[2] = {p->kx, p->ky};
+    const float zl = n->box[p->kz][0][slot], zh = n->box[p->kz][1][slot];
+    const float in = p->turn > 0.0f ? zl - p->high[2] : p->low[2] - zh, out = p->turn > 0.0f ? zh - p->low[2] : p->high[2] - zl;
+    rtk_u32 bundles = 0u;
+    for (rtk_u32 h = 0u; h < p->end; h += RTI_SIMD) {
+        vec t0 = V(max)(V(set)(in), V(load)(p->from + h)), t1 = V(min)(V(set)(out), V(load)(p->reach + h));
+        for (rtk_u32 k = 0u; k < 2u; k++) {
+            const vec lo = V(set)(n->box[axis[k]][0][slot] - p->high[k]), hi = V(set)(n->box[axis[k]][1][slot] - p->low[k]);
+            const pencil_ways *w = &p->ways[k];
+            t0 = V(max)(lo * V(load)(w->in[0] + h), t0);
+            t0 = V(max)(hi * V(load)(w->in[1] + h), t0);
+            t1 = V(min)(V(madd)(lo, V(load)(w->out[0] + h), V(load)(w->more[0] + h)), t1);
+            t1 = V(min)(V(madd)(hi, V(load)(w->out[1] + h), V(load)(w->more[1] + h)), t1);
+        }
+        bundles |= VM(bits)(V(le)(t0, t1)) << h;
+    }
+    return bundles & p->bundles;
+}
+
+/* A slot's box as rays of a pencil are asked for it: the depths between which it lies, and what its sides are of the others. */
+typedef struct pencil_box {
+    vec in, out, low[2], high[2];
+} pencil_box;
+RTI_VEC pencil_box pencil_box_of(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot)
+{
+    const float zl = n->box[p->kz][0][slot], zh = n->box[p->kz][1][slot];
+    const float in = p->turn > 0.0f ? zl - p->high[2] : p->low[2] - zh, out = p->turn > 0.0f ? zh - p->low[2] : p->high[2] - zl;
+    const pencil_box box = {
+        V(set)(rtk_max(in, 0.0f)),
+        V(set)(out),
+        {V(set)(n->box[p->kx][0][slot] - p->high[0]), V(set)(n->box[p->ky][0][slot] - p->high[1])},
+        {V(set)(n->box[p->kx][1][slot] - p->low[0]), V(set)(n->box[p->ky][1][slot] - p->low[1])},
+    };
+    return box;
+}
+
+/* The rays of a bundle that meet a box: where rays start on what has corners, as seen from the apex, a rectangle is wider than
+ * its rays; where triangles are small, few of a bundle meet a leaf. */
+RTI_VEC rtk_u32 pencil_near_rays(const pencil *p, const pencil_box *box, rtk_u32 i)
+{
+    const rtk_u32 g = p->block[i];
+    rtk_u32 met = 0u;
+    for (rtk_u32 h = 0u; h < PENCIL_HALVES; h++) {
+        const vec to = V(min)(V(set)(1.0f + PENCIL_U) * V(load)(p->to[g] + h * RTI_SIMD) + V(set)(p->edge), box->out);
+        rtk_u32 lanes = pencil_lanes(p->live[i], h) & VM(bits)(V(le)(box->in, to));
+        for (rtk_u32 k = 0u; k < 2u; k++) {
+            const vec s = V(set)(p->turn) * V(load)(p->slope[k][g] + h * RTI_SIMD), a = s * box->in, b = s * to;
+            lanes &= VM(bits)(V(le)(box->low[k], V(max)(a, b)));
+            lanes &= VM(bits)(V(le)(V(min)(a, b), box->high[k]));
+        }
+        met |= lanes << h * RTI_SIMD;
+    }
+    return met;
+}
+
+/* Of some bundles those of which rays meet a slot's box, and which rays. */
+RTI_APART rtk_u32 pencil_near(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 bundles, uint16_t rays[BUNDLES])
+{
+    const pencil_box box = pencil_box_of(p, n, slot);
+    rtk_u32 some = 0u;
+    for (; bundles != 0u; bundles &= bundles - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctz(bundles);
+        rays[i] = (uint16_t)pencil_near_rays(p, &box, i);
+        some |= (rtk_u32)(rays[i] != 0u) << i;
+    }
+    return some;
+}
+
+/* Whether a ray of some bundles meets a slot's box. */
+RTI_APART int pencil_any(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 bundles)
+{
+    const pencil_box box = pencil_box_of(p, n, slot);
+    for (; bundles != 0u; bundles &= bundles - 1u)
+        if (pencil_near_rays(p, &box, (rtk_u32)__builtin_ctz(bundles)) != 0u)
+            return 1;
+    return 0;
+}
+
+/* The rays at a leaf: bundles, and when they are known which of their rays meet its box, how many, and them listed. */
+typedef struct pencil_at {
+    rtk_u32 bundles, known, count, listed;
+    uint16_t rays[BUNDLES];
+#ifdef RTI_PACK
+    uint16_t list[PENCIL_RAYS + RTK_BLOCK];
+#endif
+} pencil_at;
+
+RTI_VEC void pencil_tell(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, pencil_at *a)
+{
+    if (a->known)
+        return;
+    a->known = 1u;
+    a->count = 0u;
+    a->bundles = pencil_near(p, n, slot, a->bundles, a->rays);
+    for (rtk_u32 l = a->bundles; l != 0u; l &= l - 1u)
+        a->count += (rtk_u32)__builtin_popcount(a->rays[__builtin_ctz(l)]);
+}
+
+/* Of the four places from `at` on those of a leaf, a bit each. */
+RTI_VEC rtk_u32 pencil_places(rtk_u32 at, rtk_u32 begin, rtk_u32 end)
+{
+    const rtk_u32 from = at < begin ? 15u << (begin - at) & 15u : 15u;
+    return end - at < 4u ? from & ((1u << (end - at)) - 1u) : from;
+}
+
+/* A leaf without blocks, ray by ray. */
+RTI_APART void pencil_refs(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 bundles)
+{
+    const rtk_u32 *refs = p->part->RTK_TREE.refs + n->child[slot];
+    for (rtk_u32 k = 0u; k < n->count[slot]; k++)
+        for (rtk_u32 l = bundles; l != 0u; l &= l - 1u)
+            for (rtk_u32 i = (rtk_u32)__builtin_ctz(l), lanes = p->live[i]; lanes != 0u; lanes &= lanes - 1u)
+                pencil_ask(p, mode, i, (rtk_u32)__builtin_ctz(lanes), refs[k]);
+}
+
+/* The triangles `keep` of a block, four places from `at` on, for all rays that meet the leaf, which are known. */
+RTI_VEC void pencil_all(pencil *p, rtk_u32 mode, rtk_u32 at, rtk_u32 keep, pencil_at *a, int one)
+{
+    const rtk_tree *tree = &p->part->RTK_TREE;
+#ifdef RTI_PACK
+    if (!a->listed)
+        a->count = pencil_list(p, a->bundles, a->rays, a->list);
+    a->listed = 1u;
+    pencil_fours(p, mode, &tree->blocks[at / 4u], tree->refs + at, keep, a->list, a->count, one);
+#else
+    for (; keep != 0u; keep &= keep - 1u) {
+        const rtk_u32 j = (rtk_u32)__builtin_ctz(keep);
+        pencil_triangle(p, mode, &tree->blocks[at / 4u], j, tree->refs[at + j], a->bundles & p->bundles, a->rays, one);
+    }
+#endif
+}
+
+/* A leaf for the rays of some bundles. one: as the pencil's. */
+RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 bundles, int one)
+{
+    const rtk_tree *tree = &p->part->RTK_TREE;
+    const rtk_u32 begin = n->child[slot], end = begin + n->count[slot];
+    pencil_at a;
+    a.bundles = bundles;
+    a.known = a.listed = 0u;
+    if (begin >= 4u * tree->block_count) {
+        pencil_refs(p, mode, n, slot, bundles);
+        return;
+    }
+    if (!one || (rtk_u32)__builtin_popcount(bundles) <= PENCIL_BUNDLED) {
+        pencil_tell(p, n, slot, &a);
+        if (a.count == 0u)
+            return;
+    }
+    if (a.known && a.count <= PENCIL_LONE) {
+        for (rtk_u32 at = begin / 4u * 4u; at < end; at += 4u)
+            pencil_all(p, mode, at, pencil_places(at, begin, end), &a, one);
+        return;
+    }
+    for (rtk_u32 at = begin / 4u * 4u; at < end && (a.bundles &= p->bundles) != 0u; at += 4u) {
+        const rtk_bvhblock *b = &tree->blocks[at / 4u];
+        pencil_four f;
+        rtk_u32 some[RTK_BVH_BLOCK], keep = pencil_see(p, b, &f) & pencil_places(at, begin, end), pairs = 0u;
+        for (rtk_u32 l = keep; l != 0u; l &= l - 1u) {
+            const rtk_u32 j = (rtk_u32)__builtin_ctz(l);
+            some[j] = a.bundles & pencil_meet(p, &f, j);
+            pairs += (rtk_u32)__builtin_popcount(some[j]);
+        }
+        if (pairs > PENCIL_PAIRS * (rtk_u32)__builtin_popcount(a.bundles)) {
+            pencil_tell(p, n, slot, &a);
+#ifdef RTI_PACK
+            if ((a.count + 3u) / 4u * PENCIL_PRICE < pairs) {
+                pencil_all(p, mode, at, keep, &a, one);
+                continue;
+            }
+#endif
+        }
+        for (; keep != 0u; keep &= keep - 1u) {
+            const rtk_u32 j = (rtk_u32)__builtin_ctz(keep);
+            pencil_triangle(p, mode, b, j, tree->refs[at + j], some[j] & a.bundles & p->bundles, a.known ? a.rays : NULL, one);
+        }
+    }
+}
+
+/* Depths behind which bundles look for nothing more, after hits. */
+RTI_APART void pencil_reach(pencil *p, rtk_u32 mode)
+{
+    for (; p->changed != 0u; p->changed &= p->changed - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctz(p->changed);
+        p->reach[i] = pencil_end(p, mode, i);
+    }
+    p->deepest = pencil_high(p->reach, p->end);
+}
+
+/* As bvh_expect, and for what a leaf's triangles are called. */
+RTI_VEC void pencil_expect_slot(const rtk_tree *tree, const rtk_bvhnode *n, rtk_u32 slot)
+{
+    bvh_expect(tree, n->child[slot], n->count[slot]);
+    __builtin_prefetch((const void *)((uintptr_t)tree->refs + n->child[slot] * sizeof *tree->refs));
+}
+
+/* The leaf that waits while what it holds is on its way from farther caches. */
+typedef struct pencil_wait {
+    const rtk_bvhnode *node; /* NULL: none */
+    rtk_u32 slot, bundles;
+} pencil_wait;
+
+/* Looks through the leaf that waits. */
+RTI_VEC void pencil_next(pencil *p, rtk_u32 mode, pencil_wait *w)
+{
+    const rtk_bvhnode *n = w->node;
+    w->node = NULL;
+    if (!n || (w->bundles &= p->bundles) == 0u)
+        return;
+    if (p->one)
+        pencil_leaf(p, mode, n, w->slot, w->bundles, 1);
+    else
+        pencil_leaf(p, mode, n, w->slot, w->bundles, 0);
+    if (p->changed != 0u)
+        pencil_reach(p, mode);
+}
+
+/* The rays of a pencil through its part's tree; returns 0, or 1 when it came apart: then live has those that are not done. */
+RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
+{
+    const rtk_bvhnode *nodes = p->part->RTK_TREE.bvh;
+    packet_stack stack;
+    pencil_wait wait = {NULL, 0u, 0u};
+    rtk_u32 at = 0u, budget = PENCIL_NODES * count + 8u;
+    stack.top = 0u;
+    p->changed = 0u;
+    for (;;) {
+        float t[RTK_BVH_WIDTH];
+        if (budget-- == 0u)
+            return 1;
+        const rtk_u32 bits = pencil_open(p, &nodes[at], t);
+        packet_push(&stack, at, bits, t, 0u);
+        for (rtk_u32 l = bits; l != 0u; l &= l - 1u)
+            pencil_expect_slot(&p->part->RTK_TREE, &nodes[at], (rtk_u32)__builtin_ctz(l));
+        for (;;) {
+            if (stack.top == 0u) {
+                pencil_next(p, mode, &wait);
+                return 0;
+            }
+            const rtk_u32 top = --stack.top;
+            if (p->away && stack.t[top] > p->deepest)
+                continue;
+            const rtk_bvhnode *n = &nodes[stack.node[top]];
+            const rtk_u32 slot = stack.slot[top], bundles = pencil_enter(p, n, slot);
+            if (bundles == 0u)
+                continue;
+            if (n->count[slot] == 0u) {
+                if (!p->one && !pencil_any(p, n, slot, bundles))
+                    continue;
+                at = n->child[slot];
+                break;
+            }
+            pencil_next(p, mode, &wait);
+            if ((mode & RTK_MODE_ANY) && p->bundles == 0u)
+                return 0;
+            wait = (pencil_wait){n, slot, bundles};
+        }
+    }
+}
+
+#endif

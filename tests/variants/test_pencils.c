@@ -1,0 +1,378 @@
+/* Rays that pass through one point, in coherent batches, which go through trees as pencils (trace/pencil.h): every tracer against
+ * brute force, bit for bit, closest and any hits. From an eye, to a point light, and from a point behind where they start, as
+ * mirrors make them; at triangles' insides, corners and edges and beside them, spread or in narrow tiles; the point anywhere, on
+ * a corner, in a triangle's plane, or with zeros of either sign; among them rays that miss the point, that are none, or that see
+ * nothing. Triangles small and large, needles, a lattice where many are met at one distance, geometry of two sizes, scenes scaled
+ * and moved, by all builders. That such rays did go as pencils is asked, too. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+#include <math.h>
+#include <string.h>
+
+#include "support/generate.h"
+#include "support/rays.h"
+
+#define BATCH  1024u
+#define ROUNDS 12u
+
+static rtk_trace_block rays[BATCH / RTK_BLOCK];
+static rtk_hit_block want[BATCH / RTK_BLOCK], got[BATCH / RTK_BLOCK];
+static uint16_t hidden[BATCH / RTK_BLOCK], seen[BATCH / RTK_BLOCK];
+
+enum way { EYE, LIGHT, MIRROR, WAYS };
+static const char *const way_names[WAYS] = {"from an eye", "to a light", "from behind"};
+
+typedef struct point {
+    double x[3];
+} point;
+
+static point of(const float v[3])
+{
+    return (point){{v[0], v[1], v[2]}};
+}
+
+/* A point of a triangle: a corner, on an edge, inside, or a little beside it. */
+static point aim(const test_targets *t, test_rng *rng)
+{
+    const rtk_tri *tri = &t->tris.tris[test_u32(rng) % t->tris.count];
+    const float *v[3] = {tri->v0, tri->v1, tri->v2};
+    double w[3] = {test_unit(rng), test_unit(rng), test_unit(rng)}, sum;
+    point p = {{0.0}};
+    switch (test_u32(rng) % 5) {
+    case 0:
+        return of(v[test_u32(rng) % 3]);
+    case 1:
+        w[test_u32(rng) % 3] = 0.0;
+        break;
+    case 2:
+        w[0] = -0.01 * w[0];
+        break;
+    default:
+        break;
+    }
+    sum = w[0] + w[1] + w[2] + 1e-9;
+    for (int i = 0; i < 9; i++)
+        p.x[i % 3] += w[i / 3] / sum * v[i / 3][i % 3];
+    return p;
+}
+
+/* Where rays pass through. */
+static point apex_of(const test_targets *t, test_rng *rng, uint32_t kind)
+{
+    point p, q;
+    switch (kind % 6) {
+    case 0:
+        return aim(t, rng);
+    case 1: /* on a line through two points of it */
+        p = aim(t, rng);
+        q = aim(t, rng);
+        for (int a = 0; a < 3; a++)
+            p.x[a] = (float)(2.0 * p.x[a] - q.x[a]);
+        return p;
+    default:
+        for (int a = 0; a < 3; a++)
+            p.x[a] = (float)(0.5 * (t->lo[a] + t->hi[a]) + t->extent * test_range(rng, -1.2f, 1.2f));
+        if (kind % 6 == 2)
+            p.x[test_u32(rng) % 3] = test_u32(rng) % 2 ? 0.0 : -0.0;
+        return p;
+    }
+}
+
+static void put(uint32_t i, const point *org, const double dir[3], double tmin, double tmax)
+{
+    rtk_trace_block *b = &rays[i / RTK_BLOCK];
+    const uint32_t k = i % RTK_BLOCK;
+    b->ox[k] = (float)org->x[0];
+    b->oy[k] = (float)org->x[1];
+    b->oz[k] = (float)org->x[2];
+    b->dx[k] = (float)dir[0];
+    b->dy[k] = (float)dir[1];
+    b->dz[k] = (float)dir[2];
+    b->tmin[k] = (float)tmin;
+    b->tmax[k] = (float)tmax;
+    b->mask[k] = 0xffffffffu;
+}
+
+/* Pencils of 256 rays of a way. */
+static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t round)
+{
+    point apex = {{0.0}}, center = {{0.0}};
+    bool narrow = false, zero = false;
+    for (uint32_t i = 0; i < BATCH; i++) {
+        if (i % 256 == 0) {
+            apex = apex_of(t, rng, round + i / 256);
+            for (int a = 0; a < 3; a++)
+                apex.x[a] = (float)apex.x[a];
+            center = aim(t, rng);
+            narrow = test_u32(rng) % 2;
+            zero = test_u32(rng) % 2;
+        }
+        point at = aim(t, rng), org = apex;
+        double dir[3], length = 0.0, tmin = 0.0, tmax = (double)RTK_INF;
+        for (int a = 0; a < 3; a++) {
+            if (narrow)
+                at.x[a] = center.x[a] + 0.03 * t->extent * (test_unit(rng) - 0.5);
+            dir[a] = at.x[a] - apex.x[a];
+            length += dir[a] * dir[a];
+        }
+        length = sqrt(length);
+        if (way == LIGHT) {
+            org = at;
+            tmax = 1.0;
+            for (int a = 0; a < 3; a++) {
+                org.x[a] = (float)(at.x[a] + (zero ? 0.0 : 1e-4 * t->extent * (test_unit(rng) - 0.5)));
+                dir[a] = (float)(apex.x[a] - org.x[a]);
+                if (round % 2 && length > 0.0) { /* of length 1, and an end a little before the light */
+                    dir[a] /= length;
+                    tmax = length * (1.0 - 1e-6);
+                }
+            }
+        } else if (way == MIRROR) {
+            const double s = 0.2 + test_unit(rng);
+            for (int a = 0; a < 3; a++)
+                org.x[a] += s * dir[a];
+        }
+        if (i % 7 == 0)
+            tmax *= test_unit(rng);
+        if (i % 11 == 0)
+            tmin = length > 0.0 ? (round % 3 - 1.0) * 0.1 : 0.0;
+        put(i, &org, dir, tmin, tmax);
+        rtk_trace_block *b = &rays[i / RTK_BLOCK];
+        const uint32_t k = i % RTK_BLOCK;
+        if (i % 67 == 66)
+            b->oy[k] += 1e-3f * t->extent;
+        if (i % 97 == 96)
+            b->mask[k] = i % 2 ? 0u : 1u;
+        if (i % 101 == 100)
+            b->dx[k] = NAN;
+        if (i % 103 == 102)
+            b->dx[k] = b->dy[k] = b->dz[k] = 0.0f;
+    }
+}
+
+static void compare(const char *what, enum way way, const char *name, uint32_t count)
+{
+    for (uint32_t i = 0; i < BATCH; i++) {
+        const rtk_hit_block *p = &want[i / RTK_BLOCK], *q = &got[i / RTK_BLOCK];
+        const rtk_trace_block *r = &rays[i / RTK_BLOCK];
+        const uint32_t k = i % RTK_BLOCK;
+        if (i >= count) {
+            if (q->prim[k] != 0x55555555u || q->inst[k] != 0x55555555u)
+                fail_msg("%s, %s, %s: a hit of ray %u is written, behind the last of %u", what, way_names[way], name, i, count);
+            continue;
+        }
+        if (rtk_bits(p->t[k]) != rtk_bits(q->t[k]) || rtk_bits(p->u[k]) != rtk_bits(q->u[k]) ||
+            rtk_bits(p->v[k]) != rtk_bits(q->v[k]) || p->prim[k] != q->prim[k] || p->geom[k] != q->geom[k] ||
+            p->inst[k] != q->inst[k])
+            fail_msg("%s, %s, %s: ray %u org %a %a %a dir %a %a %a range %a %a: brute t %a prim %u, here t %a prim %u", what,
+                     way_names[way], name, i, r->ox[k], r->oy[k], r->oz[k], r->dx[k], r->dy[k], r->dz[k], r->tmin[k], r->tmax[k],
+                     p->t[k], p->prim[k], q->t[k], q->prim[k]);
+        if ((hidden[i / RTK_BLOCK] >> k & 1u) != (seen[i / RTK_BLOCK] >> k & 1u))
+            fail_msg("%s, %s, %s: ray %u org %a %a %a dir %a %a %a range %a %a: any hit is %u", what, way_names[way], name, i,
+                     r->ox[k], r->oy[k], r->oz[k], r->dx[k], r->dy[k], r->dz[k], r->tmin[k], r->tmax[k],
+                     seen[i / RTK_BLOCK] >> k & 1u);
+    }
+}
+
+/* least: so much of the rays go as pencils, in a hundred; and so much hits. */
+static void sweep(const test_world *w, uint32_t rounds, const char *what, unsigned least)
+{
+    const rti_tracer *judge = rti_tracer_find(test_isa(), "brute");
+    uint64_t asked[WAYS] = {0}, together[WAYS] = {0}, hits = 0, all = 0;
+    test_targets t;
+    test_rng rng = {20};
+    test_targets_init(&t, w);
+    for (uint32_t round = 0; round < rounds * WAYS; round++) {
+        const enum way way = (enum way)(round % WAYS);
+        rti_scratch plain = {.room = test_room()};
+        fill(&t, &rng, way, round / WAYS);
+        judge->intersect(&w->scene, rays, want, BATCH, 0, &plain);
+        judge->occluded(&w->scene, rays, hidden, BATCH, 0, &plain);
+        for (uint32_t i = 0; i < BATCH; i++)
+            hits += want[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;
+        all += BATCH;
+        for (uint32_t i = 0; i < rti_tracer_count(); i++) {
+            const rti_tracer *tracer = rti_tracer_at(test_isa(), i);
+            const uint32_t count = BATCH - (round % 4) * 85;
+            rti_scratch scratch = {.room = round % 5 ? test_room() : NULL};
+            if (tracer->tree == RTK_TREE_NONE)
+                continue;
+            memset(got, 0x55, sizeof got);
+            tracer->intersect(&w->scene, rays, got, count, RTI_TRACE_COHERENT, &scratch);
+            if (way == LIGHT) /* closest hits of rays that run to one point are no pencil's */
+                scratch.stats.together = 0;
+            tracer->occluded(&w->scene, rays, seen, count, RTI_TRACE_COHERENT, &scratch);
+            compare(what, way, tracer->name, count);
+            if (tracer->tree == RTK_TREE_BVH) {
+                asked[way] += (way == LIGHT ? 1u : 2u) * count;
+                together[way] += scratch.stats.together;
+            }
+        }
+    }
+    test_targets_free(&t);
+    for (int way = 0; way < WAYS; way++)
+        if (together[way] * 100 < asked[way] * least)
+            fail_msg("%s, %s: of %llu rays only %llu went as pencils", what, way_names[way], (unsigned long long)asked[way],
+                     (unsigned long long)together[way]);
+    if (hits * 10 < all)
+        fail_msg("%s: only %llu of %llu rays hit: the test tests little", what, (unsigned long long)hits,
+                 (unsigned long long)all);
+}
+
+/* A mesh by every builder. */
+static void with_mesh(test_mesh *m, float scale, float move, const char *what, unsigned least)
+{
+    static const uint32_t bvh[] = {0, RTI_BUILD_BVH_SPATIAL, RTI_BUILD_BVH_COMPACT};
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    d.workers = 1;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    test_mesh_place(m, scale, move);
+    for (uint32_t i = 0; i < 3; i++) {
+        test_world w;
+        test_world_init(&w, ctx);
+        w.bvh_builder = bvh[i];
+        test_world_mesh(&w, 0, m, 0xffffffffu);
+        assert_int_equal(test_world_commit(&w, &(rti_build_settings){.builder = i ? RTI_BUILD_KD_EXACT : RTI_BUILD_KD_BINNED}),
+                         RT_OK);
+        sweep(&w, ROUNDS, what, bvh[i] == RTI_BUILD_BVH_COMPACT ? 0 : least); /* no blocks of triangles, no pencils */
+        test_world_free(&w);
+    }
+    test_mesh_free(m);
+    rt_context_destroy(ctx);
+}
+
+static void test_soup(void **state)
+{
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_soup(&m, 800, 0.2f, 5);
+    test_mesh_soup(&m, 8, 3.0f, 6);
+    with_mesh(&m, 1.0f, 0.0f, "soup", 60);
+}
+
+static void test_small(void **state)
+{
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_globe(&m, 48);
+    with_mesh(&m, 1.0f, 0.0f, "globe", 60);
+}
+
+static void test_needles(void **state)
+{
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_slivers(&m, 400);
+    with_mesh(&m, 1.0f, 0.0f, "slivers", 60);
+}
+
+static void test_lattice(void **state)
+{
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_lattice(&m, 6);
+    with_mesh(&m, 1.0f, 0.0f, "lattice", 60);
+}
+
+static void test_nested(void **state)
+{
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_nested(&m, 30);
+    with_mesh(&m, 1.0f, 0.0f, "nested boxes", 60);
+}
+
+static void test_one(void **state)
+{
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_soup(&m, 1, 1.0f, 3);
+    with_mesh(&m, 1.0f, 0.0f, "one triangle", 20);
+}
+
+/* Where products of coordinates are too small or too large no ray goes as a pencil; moved far, rays miss their point by much. */
+static void test_scaled_and_moved(void **state)
+{
+    static const struct {
+        float scale, move;
+        unsigned least;
+    } places[] = {{1e-3f, 0.0f, 60}, {1e6f, 0.0f, 60},  {1e-11f, 0.0f, 60}, {1e-15f, 0.0f, 0},
+                  {1e15f, 0.0f, 0},  {1.0f, 20.0f, 60}, {1.0f, 1e4f, 20}};
+    (void)state;
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        test_mesh m = {0};
+        test_mesh_soup(&m, 300, 0.3f, 5);
+        test_mesh_lattice(&m, 3);
+        with_mesh(&m, places[i].scale, places[i].move, "scaled and moved", places[i].least);
+    }
+}
+
+/* A soup, and another a hundredth its size, each a part with trees of its own, as a commit cuts geometry of two sizes. */
+static void test_parts(void **state)
+{
+    static const uint32_t builders[3] = {RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE, RTI_BUILD_BVH};
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    test_world w;
+    test_mesh m[2] = {{0}};
+    rtk_u32 list[600];
+    void *chunks[2][3];
+    size_t sizes[2][3];
+    uint32_t first = 0;
+    (void)state;
+    d.workers = 1;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    test_world_init(&w, ctx);
+    for (uint32_t i = 0; i < 2; i++) {
+        test_mesh_soup(&m[i], 300, 0.3f, 5 + i);
+        test_mesh_place(&m[i], i ? 0.01f : 1.0f, 0.0f);
+        test_world_mesh(&w, 0, &m[i], 0xffffffffu);
+    }
+    assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+    w.groups[0].part_count = 2;
+    for (uint32_t i = 0; i < 2; i++) {
+        const rti_build_input in = test_input(&m[i]);
+        rtk_part *part = &w.groups[0].parts[i];
+        rtk_tree *trees[3] = {&part->kdtree, &part->octree, &part->bvh};
+        *part = (rtk_part){.lo = rtk_v3(in.lo[0], in.lo[1], in.lo[2]),
+                           .hi = rtk_v3(in.hi[0], in.hi[1], in.hi[2]),
+                           .scale = in.grow / RTK_GROW,
+                           .count = m[i].count};
+        for (uint32_t k = 0; k < 3; k++) {
+            const rti_build_settings how = {.builder = builders[k]};
+            assert_int_equal(rti_tree_build(ctx, &in, &how, NULL, &chunks[i][k], &sizes[i][k]), RT_OK);
+            *trees[k] = rti_tree_view(chunks[i][k]);
+            rtk_u32 *refs = (rtk_u32 *)(uintptr_t)trees[k]->refs; /* a part's triangles are numbered as the group's */
+            for (uint32_t r = 0; r < ((const rtk_tree_header *)chunks[i][k])->ref_count; r++)
+                refs[r] += first;
+        }
+        for (uint32_t k = 0; k < m[i].count; k++)
+            list[first + k] = first + k;
+        part->all.refs = list + first;
+        first += m[i].count;
+    }
+    sweep(&w, ROUNDS, "two parts", 20);
+    for (uint32_t i = 0; i < 6; i++)
+        rti_free(ctx, chunks[i / 3][i % 3], sizes[i / 3][i % 3]);
+    test_world_free(&w);
+    test_mesh_free(&m[0]);
+    test_mesh_free(&m[1]);
+    rt_context_destroy(ctx);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_soup),
+                                       cmocka_unit_test(test_small),
+                                       cmocka_unit_test(test_needles),
+                                       cmocka_unit_test(test_lattice),
+                                       cmocka_unit_test(test_nested),
+                                       cmocka_unit_test(test_one),
+                                       cmocka_unit_test(test_scaled_and_moved),
+                                       cmocka_unit_test(test_parts)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
