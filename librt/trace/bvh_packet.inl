@@ -153,7 +153,17 @@ static void RTK_NAME(stream_all)(streams *a, rtk_u32 first, rtk_u32 n, int again
             RTK_NAME(stream_alone)(a, first + at + (rtk_u32)__builtin_ctz(left));
 }
 
-/* Rays [first, first + n) of a part: those that pass through one point go as a pencil, what is left as packets. */
+/* The scene's planes for rays [first, first + n), as packets, before anything else is asked. */
+static void RTK_NAME(planes)(pencil *l, packet *p, rtk_u32 first, rtk_u32 n)
+{
+    for (rtk_u32 at = 0u; at < n; at += PACKET) {
+        const rtk_u32 m = rtk_umin(n - at, PACKET);
+        packet_planes(p, RTK_MODE, packet_load(p, l->scene, l->batch, first + at, m, l->scratch));
+        RTK_NAME(packet_out)(p, m, l->all_hits, l->all_occluded, 1);
+    }
+}
+
+/* Up to PENCIL_RAYS rays of a part, from `first` on: those that pass through one point go as a pencil, what is left as packets. */
 static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, rtk_u32 count, int again)
 {
     const rtk_u32 n = rtk_umin(count - first, PENCIL_RAYS);
@@ -166,6 +176,10 @@ static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, r
     else
         l->hits = l->all_hits + first / RTK_BLOCK;
     l->next = rtk_umin(count - first - n, PENCIL_RAYS) / RTK_BLOCK;
+    if (!again && l->scene->groups->plane_count != 0u) {
+        RTK_NAME(planes)(l, p, first, n);
+        again = 1;
+    }
     pencil_load(l, RTK_MODE, n, again, want, rest);
     for (;;) {
         some = 0u;
@@ -219,7 +233,7 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
             streams_part(a, part, &part->RTK_TREE);
         rtk_u32 first = 0u;
         l.part = part;
-        l.lost = coherent && pencil_fits(g, part) ? 0u : PENCIL_LOST;
+        l.lost = coherent && g->part_count != 0u && pencil_fits(g, part) ? 0u : PENCIL_LOST;
         for (; first + PENCIL_FEW <= count && l.lost < PENCIL_LOST; first += PENCIL_RAYS)
             RTK_NAME(pencils)(&l, &p, on, first, count, k != 0u);
         for (; first < count; first += PACKET) {

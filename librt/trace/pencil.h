@@ -105,7 +105,7 @@ RTI_VEC void pencil_open_batch(pencil *p, const rtk_scene *scene, const rtk_trac
 /* May a part's rays go in pencils? There they meet triangles alone, of which every hit counts. */
 RTI_VEC int pencil_fits(const rtk_group *g, const rtk_part *part)
 {
-    return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && g->plane_count == 0u && part->RTK_TREE.block_count != 0u;
+    return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && part->RTK_TREE.block_count != 0u;
 }
 
 RTI_VEC rtk_u32 pencil_lanes(rtk_u32 mask, rtk_u32 h)

@@ -311,6 +311,29 @@ static void test_scaled_and_moved(void **state)
     }
 }
 
+/* Planes, one of which the triangles lie in, too, are asked for first. */
+static void test_planes(void **state)
+{
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    test_world w;
+    test_mesh m = {0};
+    (void)state;
+    d.workers = 1;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    test_world_init(&w, ctx);
+    test_mesh_soup(&m, 300, 0.3f, 5);
+    test_mesh_lattice(&m, 3);
+    test_world_mesh(&w, 0, &m, 0xffffffffu);
+    test_world_plane(&w, 0, (float[3]){0.0f, -0.25f, 0.0f}, (float[3]){0.1f, 1.0f, -0.2f}, 0xffffffffu);
+    test_world_plane(&w, 0, m.tris[m.count - 1].v0, (float[3]){0.0f, 1.0f, 0.0f}, 0xffffffffu);
+    assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+    sweep(&w, ROUNDS, "planes", 10); /* of any hits many are planes' */
+    test_world_free(&w);
+    test_mesh_free(&m);
+    rt_context_destroy(ctx);
+}
+
 /* A soup, and another a hundredth its size, each a part with trees of its own, as a commit cuts geometry of two sizes. */
 static void test_parts(void **state)
 {
@@ -373,6 +396,7 @@ int main(void)
                                        cmocka_unit_test(test_nested),
                                        cmocka_unit_test(test_one),
                                        cmocka_unit_test(test_scaled_and_moved),
+                                       cmocka_unit_test(test_planes),
                                        cmocka_unit_test(test_parts)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
