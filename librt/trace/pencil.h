@@ -232,7 +232,6 @@ RTI_VEC pencil_ray pencil_one(const pencil *p, rtk_u32 g, rtk_u32 i)
 /* Guesses where the lines of two rays meet. Rays run from there, unless they ask for any hit and run to it. */
 RTI_VEC int pencil_apex(pencil *p, rtk_u32 mode, const pencil_ray *a, const pencil_ray *b)
 {
-    double t = 0.0;
     p->away = 1u;
     p->turn = 1.0f;
     for (rtk_u32 i = 0u; i < 3u; i++)
@@ -241,21 +240,19 @@ RTI_VEC int pencil_apex(pencil *p, rtk_u32 mode, const pencil_ray *a, const penc
         p->turn = a->dir[2] > 0.0 ? 1.0f : -1.0f;
         return 1;
     }
-    {
-        const double x = b->org[0] - a->org[0], y = b->org[1] - a->org[1], z = b->org[2] - a->org[2];
-        const double sx = a->dir[0] / a->dir[2], sy = a->dir[1] / a->dir[2];
-        const double rx = b->dir[0] / b->dir[2] - sx, ry = b->dir[1] / b->dir[2] - sy, rr = rx * rx + ry * ry;
-        if (!(rr > 0.0))
+    const double x = b->org[0] - a->org[0], y = b->org[1] - a->org[1], z = b->org[2] - a->org[2];
+    const double sx = a->dir[0] / a->dir[2], sy = a->dir[1] / a->dir[2];
+    const double rx = b->dir[0] / b->dir[2] - sx, ry = b->dir[1] / b->dir[2] - sy, rr = rx * rx + ry * ry;
+    if (!(rr > 0.0))
+        return 0;
+    /* at depth w behind a's origin the lines are (x - sx z) + (w - z) r apart */
+    double t = (z - (rx * (x - sx * z) + ry * (y - sy * z)) / rr) / a->dir[2];
+    if (t > 0.0) {
+        if (!(mode & RTK_MODE_ANY))
             return 0;
-        /* at depth w behind a's origin the lines are (x - sx z) + (w - z) r apart */
-        t = (z - (rx * (x - sx * z) + ry * (y - sy * z)) / rr) / a->dir[2];
-        if (t > 0.0) {
-            if (!(mode & RTK_MODE_ANY))
-                return 0;
-            p->away = 0u;
-            if (a->tmax < 1.001 * t && a->tmax > 0.999 * t) /* a light's rays end there */
-                t = a->tmax;
-        }
+        p->away = 0u;
+        if (a->tmax < 1.001 * t && a->tmax > 0.999 * t) /* a light's rays end there */
+            t = a->tmax;
     }
     p->apex[0] = (float)(a->org[0] + t * a->dir[0]);
     p->apex[1] = (float)(a->org[1] + t * a->dir[1]);

@@ -143,111 +143,138 @@ RTI_APART void pencil_part(pencil *p, rtk_u32 mode, pencil_rects *r)
     p->end = n > PENCIL ? BUNDLES : PENCIL;
 }
 
-/* Makes ready the walk of those of `want` that are like the first of them, which are taken out; those of them that are no
- * pencil's go to `rest`. Returns how many walk. */
-RTI_APART rtk_u32 pencil_begin(pencil *p, rtk_u32 mode, uint16_t want[PENCIL], uint16_t rest[PENCIL])
+/* What walks ask of the rectangles. */
+RTI_VEC void pencil_bounds(pencil *p, const pencil_rects *r)
 {
-    const float scale = p->part->scale;
-    const vec inf = V(set)(RTK_INF), zero = V(set)(0.0f);
-    vec lo[2][PENCIL], hi[2][PENCIL], from[PENCIL], reach[PENCIL], off = zero, most = zero;
-    rtk_u32 count = 0u, other = 0u;
-    int down;
-    const int apex = pencil_guess(p, mode, want, &down);
-    const float size = rtk_max(rtk_max(rtk_fabs(p->apex[0]), rtk_fabs(p->apex[1])), rtk_fabs(p->apex[2]));
-    const vec px = V(set)(p->apex[0]), py = V(set)(p->apex[1]), pz = V(set)(p->apex[2]), turn = V(set)(p->turn);
-    p->bundles = p->recorded = 0u;
-    for (rtk_u32 g = 0u; g < PENCIL; g++) {
-        const rtk_trace_block *b = &p->rays[g];
-        const float *const o[3] = {b->ox, b->oy, b->oz}, *const d[3] = {b->dx, b->dy, b->dz};
-        rtk_u32 live = 0u;
-        pencil_expect(p, mode, g);
-        lo[0][g] = hi[0][g] = lo[1][g] = hi[1][g] = from[g] = reach[g] = inf;
-        for (rtk_u32 h = 0u; h < PENCIL_HALVES; h++) {
-            const rtk_u32 k = h * RTI_SIMD;
-            rtk_u32 lanes = pencil_lanes(want[g], h);
-            if (lanes == 0u)
-                continue;
-            const vec dx = V(load)(d[p->kx] + k), dy = V(load)(d[p->ky] + k), dz = V(load)(d[p->kz] + k);
-            lanes &= pencil_alike(p, dx, dy, dz, down);
-            want[g] = (uint16_t)(want[g] & ~(lanes << k));
-            const vec sx = dx / dz, sy = dy / dz, x = turn * sx, y = turn * sy;
-            V(store)(p->slope[0][g] + k, sx);
-            V(store)(p->slope[1][g] + k, sy);
-            const vec ox = V(load)(o[p->kx] + k), oy = V(load)(o[p->ky] + k), oz = V(load)(o[p->kz] + k);
-            const vec tmin = V(load)(b->tmin + k), tmax = V(load)((mode & RTK_MODE_ANY ? b->tmax : p->hits[g].t) + k);
-            const vec deep = turn * (oz - pz), way = V(abs)(dz);
-            const vec rx = (ox - px) + sx * (pz - oz), ry = (oy - py) + sy * (pz - oz), miss = V(max)(V(abs)(rx), V(abs)(ry));
-            const vec begin = p->away ? deep + tmin * way : deep - tmax * way;
-            const vec end = p->away ? deep + tmax * way : deep - tmin * way;
-            const rtk_u32 others = lanes & ~VM(bits)(VM(and)(V(le)(miss, V(set)(PENCIL_OFF * scale)),
-                                                             V(le)(V(set)(-PENCIL_U * (size + scale)), begin)));
-            rest[g] = (uint16_t)(rest[g] | others << k);
-            lanes &= ~others;
-            live |= lanes << k;
-            const vmask in = VM(of)(lanes);
-            lo[0][g] = V(min)(lo[0][g], V(select)(in, x, inf));
-            hi[0][g] = V(min)(hi[0][g], V(select)(in, -x, inf));
-            lo[1][g] = V(min)(lo[1][g], V(select)(in, y, inf));
-            hi[1][g] = V(min)(hi[1][g], V(select)(in, -y, inf));
-            off = V(max)(V(select)(in, miss, zero), off);
-            most = V(max)(V(select)(in, V(max)(V(max)(V(abs)(ox), V(abs)(oy)), V(abs)(oz)), zero), most);
-            other |= lanes & (pencil_differ(ox, px) | pencil_differ(oy, py) | pencil_differ(oz, pz));
-            V(store)(p->to[g] + k, end);
-            from[g] = V(min)(from[g], V(select)(in, begin, inf));
-            reach[g] = V(min)(reach[g], V(select)(in, -end, inf));
-        }
-        p->live[g] = (uint16_t)live;
-        p->block[g] = (uint8_t)g;
-        p->bundles |= (rtk_u32)(live != 0u) << g;
-        count += (rtk_u32)__builtin_popcount(live);
-    }
-    const float far = packet_high(most), round = PENCIL_U * (rtk_max(far, size) + scale), line = packet_high(off) + round,
-                margin = line + 3.0f * round;
-    pencil_rects r;
-    pencil_lows(from, p->from);
-    pencil_lows(reach, p->reach);
-    if (!apex || count < PENCIL_FEW || !(far <= RTK_FAR * scale) || !(scale >= PENCIL_LEAST) || !(scale <= PENCIL_MOST)) {
-        for (rtk_u32 g = 0u; g < PENCIL; g++)
-            rest[g] |= p->live[g];
-        return 0u;
-    }
-    p->one = other == 0u;
-    p->edge = margin;
-    p->end = PENCIL;
-    for (rtk_u32 i = 0u; i < 3u; i++) {
-        p->low[i] = p->apex[i] - margin;
-        p->high[i] = p->apex[i] + margin;
-    }
-    for (rtk_u32 h = 0u; h < PENCIL; h += RTI_SIMD) {
-        const vec begin = V(load)(p->from + h), end = -V(load)(p->reach + h); /* of no rays: infinite, and NaN is made of it */
-        V(store)(p->from + h, V(max)(begin - (V(set)(PENCIL_U) * V(abs)(begin) + V(set)(margin)), zero));
-        V(store)(p->reach + h, V(max)(end + (V(set)(PENCIL_U) * V(abs)(end) + V(set)(margin)), -inf));
-    }
+    const vec turn = V(set)(p->turn);
     for (rtk_u32 k = 0u; k < 2u; k++) {
-        pencil_lows(lo[k], r.low[k]);
-        pencil_lows(hi[k], r.high[k]);
-        for (rtk_u32 h = 0u; h < PENCIL; h += RTI_SIMD)
-            V(store)(r.high[k] + h, -V(load)(r.high[k] + h));
-    }
-    if (!p->one)
-        pencil_part(p, mode, &r);
-    for (rtk_u32 k = 0u; k < 2u; k++) {
-        const float low = pencil_low(r.low[k], PENCIL), high = pencil_high(r.high[k], PENCIL);
-        const float least = p->end == PENCIL ? low : rtk_min(low, pencil_low(r.low[k] + PENCIL, PENCIL));
-        const float greatest = p->end == PENCIL ? high : rtk_max(high, pencil_high(r.high[k] + PENCIL, PENCIL));
+        const float least = pencil_low(r->low[k], p->end), greatest = pencil_high(r->high[k], p->end);
         const float middle = 0.5f * (least + greatest);
         p->middle[k] = p->turn * middle;
         p->most[k] = rtk_max(greatest - middle, middle - least);
         pencil_ways_of(&p->all[k], V(set)(least), V(set)(greatest), 0u);
         for (rtk_u32 h = 0u; h < p->end; h += RTI_SIMD) {
-            const vec l = V(load)(r.low[k] + h), u = V(load)(r.high[k] + h), c = V(set)(middle);
+            const vec l = V(load)(r->low[k] + h), u = V(load)(r->high[k] + h), c = V(set)(middle);
             pencil_ways_of(&p->ways[k], l, u, h);
             V(store)(p->corner[k][p->turn < 0.0f] + h, turn * (l - c));
             V(store)(p->corner[k][p->turn > 0.0f] + h, turn * (u - c));
         }
     }
     p->deepest = pencil_high(p->reach, p->end);
-    return count;
+}
+
+/* What is found of rays while they are looked at: the least of slopes, and of less the slopes, times turn, of where they begin,
+ * and of less where they end, a lane a ray of each block; how far they are from the apex and from 0; how many they are. */
+typedef struct pencil_seen {
+    vec lo[2][PENCIL], hi[2][PENCIL], from[PENCIL], reach[PENCIL], off, most;
+    rtk_u32 count, other; /* other: some do not start at the apex */
+} pencil_seen;
+
+/* RTI_SIMD rays of block g, from lane k on, of which `lanes` are wanted: returns those that are of the pencil; others that are
+ * like them go to *rest. */
+RTI_VEC rtk_u32 pencil_look(pencil *p, rtk_u32 mode, rtk_u32 g, rtk_u32 k, rtk_u32 lanes, float round, pencil_seen *s,
+                            uint16_t *rest)
+{
+    const rtk_trace_block *b = &p->rays[g];
+    const float *const o[3] = {b->ox, b->oy, b->oz}, *const d[3] = {b->dx, b->dy, b->dz};
+    const vec inf = V(set)(RTK_INF), zero = V(set)(0.0f), turn = V(set)(p->turn);
+    const vec px = V(set)(p->apex[0]), py = V(set)(p->apex[1]), pz = V(set)(p->apex[2]);
+    const vec dz = V(load)(d[p->kz] + k), sx = V(load)(d[p->kx] + k) / dz, sy = V(load)(d[p->ky] + k) / dz;
+    const vec ox = V(load)(o[p->kx] + k), oy = V(load)(o[p->ky] + k), oz = V(load)(o[p->kz] + k);
+    const vec tmin = V(load)(b->tmin + k), tmax = V(load)((mode & RTK_MODE_ANY ? b->tmax : p->hits[g].t) + k);
+    const vec deep = turn * (oz - pz), way = V(abs)(dz), x = turn * sx, y = turn * sy;
+    const vec rx = (ox - px) + sx * (pz - oz), ry = (oy - py) + sy * (pz - oz), miss = V(max)(V(abs)(rx), V(abs)(ry));
+    const vec begin = p->away ? deep + tmin * way : deep - tmax * way, end = p->away ? deep + tmax * way : deep - tmin * way;
+    const vmask fits = VM(and)(V(le)(miss, V(set)(PENCIL_OFF * p->part->scale)), V(le)(V(set)(-round), begin));
+    *rest = (uint16_t)(*rest | (lanes & ~VM(bits)(fits)) << k);
+    lanes &= VM(bits)(fits);
+    const vmask in = VM(of)(lanes);
+    V(store)(p->slope[0][g] + k, sx);
+    V(store)(p->slope[1][g] + k, sy);
+    V(store)(p->to[g] + k, end);
+    s->lo[0][g] = V(min)(s->lo[0][g], V(select)(in, x, inf));
+    s->hi[0][g] = V(min)(s->hi[0][g], V(select)(in, -x, inf));
+    s->lo[1][g] = V(min)(s->lo[1][g], V(select)(in, y, inf));
+    s->hi[1][g] = V(min)(s->hi[1][g], V(select)(in, -y, inf));
+    s->from[g] = V(min)(s->from[g], V(select)(in, begin, inf));
+    s->reach[g] = V(min)(s->reach[g], V(select)(in, -end, inf));
+    s->off = V(max)(V(select)(in, miss, zero), s->off);
+    s->most = V(max)(V(select)(in, V(max)(V(max)(V(abs)(ox), V(abs)(oy)), V(abs)(oz)), zero), s->most);
+    s->other |= lanes & (pencil_differ(ox, px) | pencil_differ(oy, py) | pencil_differ(oz, pz));
+    return lanes;
+}
+
+/* Looks at all rays of `want` that are like the first of them, and takes them out. */
+RTI_VEC void pencil_gather(pencil *p, rtk_u32 mode, int down, float round, pencil_seen *s, uint16_t want[PENCIL],
+                           uint16_t rest[PENCIL])
+{
+    s->off = s->most = V(set)(0.0f);
+    s->count = s->other = 0u;
+    p->bundles = p->recorded = 0u;
+    for (rtk_u32 g = 0u; g < PENCIL; g++) {
+        const rtk_trace_block *b = &p->rays[g];
+        const float *const d[3] = {b->dx, b->dy, b->dz};
+        rtk_u32 live = 0u;
+        pencil_expect(p, mode, g);
+        s->lo[0][g] = s->hi[0][g] = s->lo[1][g] = s->hi[1][g] = s->from[g] = s->reach[g] = V(set)(RTK_INF);
+        for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD) {
+            rtk_u32 lanes = (rtk_u32)want[g] >> k & LANES_ALL;
+            if (lanes == 0u)
+                continue;
+            lanes &= pencil_alike(p, V(load)(d[p->kx] + k), V(load)(d[p->ky] + k), V(load)(d[p->kz] + k), down);
+            want[g] = (uint16_t)(want[g] & ~(lanes << k));
+            live |= pencil_look(p, mode, g, k, lanes, round, s, &rest[g]) << k;
+        }
+        p->live[g] = (uint16_t)live;
+        p->block[g] = (uint8_t)g;
+        p->bundles |= (rtk_u32)(live != 0u) << g;
+        s->count += (rtk_u32)__builtin_popcount(live);
+    }
+}
+
+/* Makes ready the walk of those of `want` that are like the first of them, which are taken out; those of them that are no
+ * pencil's go to `rest`. Returns how many walk. */
+RTI_APART rtk_u32 pencil_begin(pencil *p, rtk_u32 mode, uint16_t want[PENCIL], uint16_t rest[PENCIL])
+{
+    const float scale = p->part->scale;
+    const vec inf = V(set)(RTK_INF), zero = V(set)(0.0f);
+    pencil_seen s;
+    pencil_rects r;
+    int down;
+    const int apex = pencil_guess(p, mode, want, &down);
+    const float size = rtk_max(rtk_max(rtk_fabs(p->apex[0]), rtk_fabs(p->apex[1])), rtk_fabs(p->apex[2]));
+    pencil_gather(p, mode, down, PENCIL_U * (size + scale), &s, want, rest);
+    const float far = packet_high(s.most), round = PENCIL_U * (rtk_max(far, size) + scale);
+    const float margin = packet_high(s.off) + 4.0f * round;
+    if (!apex || s.count < PENCIL_FEW || !(far <= RTK_FAR * scale) || !(scale >= PENCIL_LEAST) || !(scale <= PENCIL_MOST)) {
+        for (rtk_u32 g = 0u; g < PENCIL; g++)
+            rest[g] |= p->live[g];
+        return 0u;
+    }
+    p->one = s.other == 0u;
+    p->edge = margin;
+    p->end = PENCIL;
+    for (rtk_u32 i = 0u; i < 3u; i++) {
+        p->low[i] = p->apex[i] - margin;
+        p->high[i] = p->apex[i] + margin;
+    }
+    pencil_lows(s.from, p->from);
+    pencil_lows(s.reach, p->reach);
+    for (rtk_u32 h = 0u; h < PENCIL; h += RTI_SIMD) {
+        const vec begin = V(load)(p->from + h), end = -V(load)(p->reach + h); /* of no rays: infinite, and NaN is made of it */
+        V(store)(p->from + h, V(max)(begin - (V(set)(PENCIL_U) * V(abs)(begin) + V(set)(margin)), zero));
+        V(store)(p->reach + h, V(max)(end + (V(set)(PENCIL_U) * V(abs)(end) + V(set)(margin)), -inf));
+    }
+    for (rtk_u32 k = 0u; k < 2u; k++) {
+        pencil_lows(s.lo[k], r.low[k]);
+        pencil_lows(s.hi[k], r.high[k]);
+        for (rtk_u32 h = 0u; h < PENCIL; h += RTI_SIMD)
+            V(store)(r.high[k] + h, -V(load)(r.high[k] + h));
+    }
+    if (!p->one)
+        pencil_part(p, mode, &r);
+    pencil_bounds(p, &r);
+    return s.count;
 }
 
 #endif
