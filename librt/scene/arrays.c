@@ -5,7 +5,7 @@
 #include "gather.h"
 
 #define MANY    16384u
-#define NEAR    4096u /* coherent rays, for which blocks had better stay in the nearer caches */
+#define NEAR    1024u /* coherent rays, for which blocks had better stay in the nearer caches */
 #define FEW     256u  /* 15 KiB of blocks */
 #define ROOMY   32u   /* rays for which a room is taken */
 #define HITS_AT (MANY / RTK_BLOCK * sizeof(rtk_trace_block))
