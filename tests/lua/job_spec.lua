@@ -17,14 +17,14 @@ describe("a checkpoint", function()
     support.in_folder(function(folder)
       local path = folder .. "/state"
       local function options(more)
-        local o = { size = { 64, 48 }, samples = 256, tile = 8, checkpoint = path, checkpoint_every = 0.01 } -- 48 tiles: one is left at a cancel
+        local o = { size = { 64, 48 }, samples = 2048, tile = 8, checkpoint = path, checkpoint_every = 0.01 } -- 48 tiles: one is left at a cancel
         for key, value in pairs(more or {}) do
           o[key] = value
         end
         return o
       end
       local scene = support.ball()
-      local want, stats = scene:render { size = { 64, 48 }, samples = 256 }
+      local want, stats = scene:render { size = { 64, 48 }, samples = 2048 }
       assert.equal(0, stats.checkpoints)
       do
         local job <close> = scene:start(options { workers = 1 })
@@ -34,7 +34,7 @@ describe("a checkpoint", function()
         job:cancel()
         assert.equal("cancelled", (job:wait()))
       end
-      support.raises(path .. ": this checkpoint is of another render: samples is 256 there and 65 here; remove it or name another file", function()
+      support.raises(path .. ": this checkpoint is of another render: samples is 2048 there and 65 here; remove it or name another file", function()
         return scene:render(options { samples = 65 }), nil
       end)
       local image, resumed = scene:render(options { workers = 2, checkpoint_keep = true })

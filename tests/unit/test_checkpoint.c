@@ -272,14 +272,14 @@ static void refused(rt_scene *s, const rt_render_desc *d, rt_status status, cons
 
 static void test_refused(void **state)
 {
-    rt_render_desc d = settings(WIDTH, HEIGHT, 64, "path"), other;
+    rt_render_desc d = settings(WIDTH, HEIGHT, 512, "path"), other;
     rt_scene *changed = make_scene(ctx, 0.2f);
     (void)state;
     d.tile = 16;
     interrupted_at(&d);
     refused(changed, &d, RT_ERROR_STATE, "another scene");
     other = d, other.samples = 65;
-    refused(scene, &other, RT_ERROR_STATE, "samples is 64 there and 65 here");
+    refused(scene, &other, RT_ERROR_STATE, "samples is 512 there and 65 here");
     other = d, other.seed = 7;
     refused(scene, &other, RT_ERROR_STATE, "seed is 0 there and 7 here");
     other = d, other.integrator = "whitted";
@@ -399,7 +399,7 @@ static int cancel_at(void *user, const rt_tile *tile, const rt_image *image)
 
 static void test_callback(void **state)
 {
-    rt_render_desc d = settings(WIDTH, HEIGHT, 8, "whitted");
+    rt_render_desc d = settings(WIDTH, HEIGHT, 256, "whitted");
     outcome want, got;
     (void)state;
     d.tile = 16;

@@ -241,7 +241,7 @@ static void test_cancel_while_busy(void **state)
 
 static void test_cancel_by_callback(void **state)
 {
-    rt_render_desc d = settings(100, 80, 16, "path");
+    rt_render_desc d = settings(100, 80, 512, "path"); /* 130 tiles, not done before one is heard of */
     static seen s;
     rt_job *job;
     (void)state;
