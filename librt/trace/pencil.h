@@ -34,10 +34,10 @@
 
 #include "bvh_packet_walk.h"
 
-#define PENCIL        16u
+#define PENCIL        16u            /* blocks */
 #define PENCIL_RAYS   (PENCIL * RTK_BLOCK)
 #define PENCIL_LOST   4u             /* times that rays are no pencil before the rest of a batch is not tried */
-#define BUNDLES       32u            /* rectangles */
+#define BUNDLES       32u            /* that these may become */
 #define PENCIL_U      9.5367432e-07f /* 16 u */
 #define PENCIL_HALVES (RTK_BLOCK / RTI_SIMD)
 
@@ -70,7 +70,7 @@ typedef struct pencil {
     float apex[3], low[3], high[3]; /* the apex, in the order kx, ky, kz, and less and more a box' margin */
     float edge, most[2], middle[2]; /* e, H, and the middle slopes */
     float deepest;                  /* no bundle looks farther */
-    pencil_ways all[2];             /* of the rectangle around all, in every lane */
+    pencil_ways all[2];             /* of the rectangle around all, in the first lanes */
     rtk_u32 away;                   /* rays run from the apex, not to it */
     rtk_u32 one;                    /* all rays start at the apex exactly */
     rtk_u32 changed;                /* closest hits: bundles whose reach is to be found anew */

@@ -6,8 +6,8 @@
 #include "pencil_begin.h"
 
 /* Four triangles as the rays of a pencil see them. side[k]: the edge function's value at the middle slopes, as far beyond it as
- * the leaf test's may be, and what it grows by with each slope, turned so that it is negative outside; sign: where that is
- * negative, a bit a triangle. near: no point is less deep. */
+ * the leaf test's may be, and what it grows by with each slope, turned so that it is negative outside; sign: where it grows with
+ * a slope, a bit a triangle. near: no point is less deep. */
 typedef struct pencil_four {
     float side[3][3][RTK_BVH_BLOCK], near[RTK_BVH_BLOCK];
     rtk_u32 sign[3][2];

@@ -6,7 +6,7 @@
 #include "../kernel/blocks.h"
 #include "../kernel/snapshot.h"
 
-#define RTI_TRACE_COHERENT 1u /* rays of a tile's camera or towards one point: packets pay */
+#define RTI_TRACE_COHERENT 1u /* rays of a tile's camera or towards one point: pencils and packets pay */
 /* The hit blocks hold, on input, the last hit of each ray (prim RTK_INVALID: none): the answer is the next one in the order of
  * hits (t, instance, geometry, primitive), equal t included. This is how multi-hit and tinted shadows step. A closed shape gives
  * all its roots. */

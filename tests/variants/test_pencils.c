@@ -222,14 +222,20 @@ static void sweep(const test_world *w, uint32_t rounds, const char *what, unsign
                  (unsigned long long)all);
 }
 
-/* A mesh by every builder. */
-static void with_mesh(test_mesh *m, float scale, float move, const char *what, unsigned least)
+static rt_context *context(void)
 {
-    static const uint32_t bvh[] = {0, RTI_BUILD_BVH_SPATIAL, RTI_BUILD_BVH_COMPACT};
     rt_context_desc d = rt_context_desc_default();
     rt_context *ctx;
     d.workers = 1;
     assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    return ctx;
+}
+
+/* A mesh by every builder. */
+static void with_mesh(test_mesh *m, float scale, float move, const char *what, unsigned least)
+{
+    static const uint32_t bvh[] = {0, RTI_BUILD_BVH_SPATIAL, RTI_BUILD_BVH_COMPACT};
+    rt_context *ctx = context();
     test_mesh_place(m, scale, move);
     for (uint32_t i = 0; i < 3; i++) {
         test_world w;
@@ -314,13 +320,10 @@ static void test_scaled_and_moved(void **state)
 /* Planes, one of which the triangles lie in, too, are asked for first. */
 static void test_planes(void **state)
 {
-    rt_context_desc d = rt_context_desc_default();
-    rt_context *ctx;
+    rt_context *ctx = context();
     test_world w;
     test_mesh m = {0};
     (void)state;
-    d.workers = 1;
-    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
     test_world_init(&w, ctx);
     test_mesh_soup(&m, 300, 0.3f, 5);
     test_mesh_lattice(&m, 3);
@@ -338,8 +341,7 @@ static void test_planes(void **state)
 static void test_parts(void **state)
 {
     static const uint32_t builders[3] = {RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE, RTI_BUILD_BVH};
-    rt_context_desc d = rt_context_desc_default();
-    rt_context *ctx;
+    rt_context *ctx = context();
     test_world w;
     test_mesh m[2] = {{0}};
     rtk_u32 list[600];
@@ -347,8 +349,6 @@ static void test_parts(void **state)
     size_t sizes[2][3];
     uint32_t first = 0;
     (void)state;
-    d.workers = 1;
-    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
     test_world_init(&w, ctx);
     for (uint32_t i = 0; i < 2; i++) {
         test_mesh_soup(&m[i], 300, 0.3f, 5 + i);
