@@ -1150,7 +1150,7 @@ function rt.sweep(desc) end
 ---@param options { workers: integer?, memory_limit: integer? }
 function rt.configure(options) end
 
----isa: the instruction set of the hot loops, "generic", "sse42", "avx2", "avx512" or "neon"; the environment variable RT_ISA lowers it.
+---isa: the instruction set of the hot loops, "generic", "sse42", "avx2", "avx512", "avx512_vbmi2" or "neon"; the environment variable RT_ISA lowers it.
 ---@return { cpus: integer, isa: string, memory_available: integer, workers: integer, memory: integer, memory_peak: integer }
 function rt.machine() end
 

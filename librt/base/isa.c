@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-static const char *const NAMES[RTI_ISA_COUNT] = {"generic", "sse42", "avx2", "avx512", "neon"};
+static const char *const NAMES[RTI_ISA_COUNT] = {"generic", "sse42", "avx2", "avx512", "avx512_vbmi2", "neon"};
 
 const char *rti_isa_name(rti_isa isa)
 {
@@ -26,6 +26,9 @@ static uint32_t saved_state(void)
 #ifndef bit_LZCNT
 #define bit_LZCNT (1u << 5) /* the name that GCC gives it: Clang has another */
 #endif
+#ifndef bit_AVX512VBMI2
+#define bit_AVX512VBMI2 (1u << 6)
+#endif
 #define STATE_AVX    0x06u /* SSE and AVX registers */
 #define STATE_AVX512 0xe6u /* those, mask registers, upper halves, registers 16-31 */
 
@@ -34,20 +37,24 @@ static bool machine_runs(rti_isa isa)
 {
     const uint32_t sse = bit_SSE4_2 | bit_POPCNT, avx2 = bit_AVX2 | bit_BMI | bit_BMI2;
     const uint32_t avx512 = avx2 | bit_AVX512F | bit_AVX512VL | bit_AVX512BW | bit_AVX512DQ;
-    uint32_t a, b, c, d, one, seven = 0, more = 0;
+    uint32_t a, b, c, d, one, seven = 0, beside = 0, more = 0;
     if (!__get_cpuid(1, &a, &b, &one, &d) || (one & sse) != sse)
         return false;
     if (isa == RTI_ISA_SSE42)
         return true;
-    if (__get_cpuid_count(7, 0, &a, &b, &c, &d))
+    if (__get_cpuid_count(7, 0, &a, &b, &c, &d)) {
         seven = b;
+        beside = c;
+    }
     if (__get_cpuid(0x80000001u, &a, &b, &c, &d))
         more = c;
     if (!(one & bit_AVX) || !(one & bit_FMA) || !(more & bit_LZCNT))
         return false;
     if (isa == RTI_ISA_AVX2)
         return (seven & avx2) == avx2 && (saved_state() & STATE_AVX) == STATE_AVX;
-    return isa == RTI_ISA_AVX512 && (seven & avx512) == avx512 && (saved_state() & STATE_AVX512) == STATE_AVX512;
+    if ((seven & avx512) != avx512 || (saved_state() & STATE_AVX512) != STATE_AVX512)
+        return false;
+    return isa == RTI_ISA_AVX512 || (isa == RTI_ISA_AVX512_VBMI2 && (beside & bit_AVX512VBMI2));
 }
 #elif defined(__aarch64__)
 static bool machine_runs(rti_isa isa)
@@ -74,6 +81,7 @@ bool rti_isa_runs(rti_isa isa)
     RTI_ISA_X_SSE42(COMPILED)
     RTI_ISA_X_AVX2(COMPILED)
     RTI_ISA_X_AVX512(COMPILED)
+    RTI_ISA_X_AVX512_VBMI2(COMPILED)
     RTI_ISA_X_NEON(COMPILED)
     default:
         return false;

@@ -2,7 +2,7 @@
  * machine runs, once, when it is made (RT_ISA lowers it): same bits from each, other speed.
  *
  * A hot file sees
- *   RTI_ISA         its level's name as a token: generic, sse42, avx2, avx512, neon
+ *   RTI_ISA         its level's name as a token: generic, sse42, avx2, avx512, avx512_vbmi2, neon
  *   RTI_ISA_LEVEL   its rti_isa
  *   RTI_ISA_FN(x)   x_avx2, ...: what it exports is named so
  * and base/simd.h gives it vectors. Its floor picks among the copies by rti_context_isa (trace/tracers.c is the pattern).
@@ -13,19 +13,28 @@
 #include "base.h"
 
 /* Of one kind of processor, the better last. GENERIC is there everywhere. */
-typedef enum rti_isa { RTI_ISA_GENERIC = 0, RTI_ISA_SSE42, RTI_ISA_AVX2, RTI_ISA_AVX512, RTI_ISA_NEON, RTI_ISA_COUNT } rti_isa;
+typedef enum rti_isa {
+    RTI_ISA_GENERIC = 0,
+    RTI_ISA_SSE42,
+    RTI_ISA_AVX2,
+    RTI_ISA_AVX512,       /* F, VL, BW, DQ: of Skylake servers */
+    RTI_ISA_AVX512_VBMI2, /* and lanes of sixteen bits side by side: of Ice Lake, Zen 4 */
+    RTI_ISA_NEON,
+    RTI_ISA_COUNT
+} rti_isa;
 
-#define RTI_ISA_JOIN_(x, isa) x##_##isa
-#define RTI_ISA_JOIN(x, isa)  RTI_ISA_JOIN_(x, isa)
-#define RTI_ISA_FN(x)         RTI_ISA_JOIN(x, RTI_ISA)
-#define RTI_ISA_NAMED_(isa)   RTI_ISA_IS_##isa
-#define RTI_ISA_NAMED(isa)    RTI_ISA_NAMED_(isa)
-#define RTI_ISA_IS_generic    RTI_ISA_GENERIC
-#define RTI_ISA_IS_sse42      RTI_ISA_SSE42
-#define RTI_ISA_IS_avx2       RTI_ISA_AVX2
-#define RTI_ISA_IS_avx512     RTI_ISA_AVX512
-#define RTI_ISA_IS_neon       RTI_ISA_NEON
-#define RTI_ISA_LEVEL         RTI_ISA_NAMED(RTI_ISA)
+#define RTI_ISA_JOIN_(x, isa)   x##_##isa
+#define RTI_ISA_JOIN(x, isa)    RTI_ISA_JOIN_(x, isa)
+#define RTI_ISA_FN(x)           RTI_ISA_JOIN(x, RTI_ISA)
+#define RTI_ISA_NAMED_(isa)     RTI_ISA_IS_##isa
+#define RTI_ISA_NAMED(isa)      RTI_ISA_NAMED_(isa)
+#define RTI_ISA_IS_generic      RTI_ISA_GENERIC
+#define RTI_ISA_IS_sse42        RTI_ISA_SSE42
+#define RTI_ISA_IS_avx2         RTI_ISA_AVX2
+#define RTI_ISA_IS_avx512       RTI_ISA_AVX512
+#define RTI_ISA_IS_avx512_vbmi2 RTI_ISA_AVX512_VBMI2
+#define RTI_ISA_IS_neon         RTI_ISA_NEON
+#define RTI_ISA_LEVEL           RTI_ISA_NAMED(RTI_ISA)
 
 /* The copies that this build holds, for tables: X(name, level). */
 #if defined(RTI_HAVE_SSE42)
@@ -43,12 +52,19 @@ typedef enum rti_isa { RTI_ISA_GENERIC = 0, RTI_ISA_SSE42, RTI_ISA_AVX2, RTI_ISA
 #else
 #define RTI_ISA_X_AVX512(X)
 #endif
+#if defined(RTI_HAVE_AVX512_VBMI2)
+#define RTI_ISA_X_AVX512_VBMI2(X) X(avx512_vbmi2, RTI_ISA_AVX512_VBMI2)
+#else
+#define RTI_ISA_X_AVX512_VBMI2(X)
+#endif
 #if defined(RTI_HAVE_NEON)
 #define RTI_ISA_X_NEON(X) X(neon, RTI_ISA_NEON)
 #else
 #define RTI_ISA_X_NEON(X)
 #endif
-#define RTI_ISA_EACH(X) X(generic, RTI_ISA_GENERIC) RTI_ISA_X_SSE42(X) RTI_ISA_X_AVX2(X) RTI_ISA_X_AVX512(X) RTI_ISA_X_NEON(X)
+#define RTI_ISA_EACH(X)                                                                                                          \
+    X(generic, RTI_ISA_GENERIC)                                                                                                  \
+    RTI_ISA_X_SSE42(X) RTI_ISA_X_AVX2(X) RTI_ISA_X_AVX512(X) RTI_ISA_X_AVX512_VBMI2(X) RTI_ISA_X_NEON(X)
 
 const char *rti_isa_name(rti_isa isa);
 bool rti_isa_runs(rti_isa isa); /* this build holds it, and processor and system can do it */

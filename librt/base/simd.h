@@ -22,6 +22,9 @@
  *   rti_f16_each(p, at)       p[at[0]] four times, p[at[1]] four times, to p[at[3]]
  *   rti_f16_fields(p, at, a)  a[k] is p[at[0] + k] four times, p[at[1] + k] four times, to p[at[3] + k], for k below 8
  *   rti_f16_records(p, at, a) a[k] has p[8 at[i] + k] in lane i, for k below 8; at: sixteen of sixteen bits
+ *   rti_f16_column(p, n, at)  p[n at[0]] to p[n at[15]]; at: sixteen of sixteen bits
+ *   rti_f16_fours(a, b, c, d, p)
+ *                             p[i] has lane i of a, b, c and d
  *   rti_f16_spread(a, to)     to[i][k] is lane i of a[k], for k below 8; in their order, so a later one may be in the same place
  *   rti_f16_twelve(p)         p[0] to p[11]; rti_f16_nine(p) p[0] to p[8]
  *   rti_f16_take(a, lanes)    those lanes of a, for
@@ -37,7 +40,11 @@
  *                             of a[0] to a[n - 1], at most 16, those side by side whose byte has bit i; returns how many. All sixteen
  *                             places behind p are written, those behind a read; rti_b16_load(p) loads sixteen bytes
  *   rti_u16_put(p, a, bits)   of a[0] to a[15] those chosen by bits, side by side; returns how many. Reads and writes as that
- *   rti_u16_count(p, n, bits) as that, of n, n + 1 to n + 15
+ *   rti_u16_put32(p, a, bits) as that, of a[0] to a[31]
+ *   rti_u16_some(p, q, a, b, n)
+ *                             of a[0] to a[n - 1], at most 32, those side by side beside which b[] is not 0, and to q those of b[].
+ *                             Reads and writes as that; returns how many
+ *   rti_u16_count(p, n, bits) as rti_u16_put, of n, n + 1 to n + 15
  *   rti_f8_sorted(t, lane, bits, a)
  *                             the chosen lanes of a and their numbers, the greatest first, as good as 21 bits of mantissa tell; of
  *                             equal ones, as which negative ones and NaN count, the first; all eight places behind t and lane are

@@ -59,7 +59,8 @@ local function overview()
   statuses(out)
   out[#out + 1] = ".SH ENVIRONMENT\n.TP\n.B NO_COLOR\nNothing is ever coloured, so it is honoured.\n.TP\n.B TERM\n"
     .. plain("With dumb, progress is a plain line every 10 seconds.") .. "\n.TP\n.B RT_ISA\n"
-    .. plain("Instruction set of the hot loops, if not the best of the processor: generic, sse42, avx2, avx512 or neon. The pixels are the same.")
+    .. plain("Instruction set of the hot loops, if not the best of the processor: generic, sse42, avx2, avx512, "
+      .. "avx512_vbmi2 or neon. The pixels are the same.")
     .. "\n.TP\n.B RTRAY_CLAIM_SECONDS\n"
     .. plain("Seconds without a sign of life after which animate takes over a frame that a process of another machine has claimed; 60.")
   return table.concat(out, "\n") .. "\n"

@@ -11,6 +11,7 @@ flags() {
   case $1 in
     sse42) echo "-msse4.2" ;;
     avx2) echo "-mavx2 -mbmi -mbmi2" ;;
+    avx512_vbmi2) echo "-mavx512f -mavx512vl -mavx512bw -mavx512dq -mavx512vbmi2 -mprefer-vector-width=512" ;;
     avx512) echo "-mavx512f -mavx512vl -mavx512bw -mavx512dq -mprefer-vector-width=512" ;;
     *) echo "" ;;
   esac
@@ -21,7 +22,7 @@ for cc in gcc clang; do
   command -v $cc >/dev/null || continue
   ask=-fopt-info-vec-optimized
   [ $cc = clang ] && ask=-Rpass=loop-vectorize
-  for isa in generic sse42 avx2 avx512; do
+  for isa in generic sse42 avx2 avx512 avx512_vbmi2; do
     for file in librt/render/lanes_{camera,light,sort,surface,whitted}.c; do
       # shellcheck disable=SC2046
       $cc -D_POSIX_C_SOURCE=200809L -DRTI_ISA=generic -Ilibrt/include -std=c11 -O3 -DNDEBUG -fPIC -ffp-contract=off -fno-math-errno \

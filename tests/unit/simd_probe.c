@@ -74,6 +74,19 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
         rti_f16_store(out->records[k], fields[k]);
     rti_f16_spread(fields, to);
     out->chosen_count = rti_u16_put(out->chosen, count, bits & 0xffffu);
+    uint16_t many[64] = {0}, beside[64] = {0}, out32[64];
+    out->wide = (bits & 0xffffu) ^ bits << 9 ^ bits << 16;
+    for (int i = 0; i < 64; i++)
+        many[i] = (uint16_t)i;
+    out->chosen32_count = rti_u16_put32(out32, many, out->wide);
+    memcpy(out->chosen32, out32, sizeof out->chosen32);
+    for (int i = 0; i < 32; i++) {
+        many[i] = (uint16_t)(100 + i);
+        beside[i] = (uint16_t)(out->wide >> i & 1u ? 7 * i : 0);
+    }
+    out->some_count = rti_u16_some(out->some, out->some_bits, many, beside, 3u * from);
+    rti_f16_store(out->column, rti_f16_column(all[0], 8u, reverse));
+    rti_f16_fours(sixteen, -sixteen, sixteen * rti_f16_set(2.0f), sixteen * rti_f16_set(3.0f), out->fours);
     rti_f16 turned[16];
     float turn[16];
     for (int k = 0; k < 16; k++) {

@@ -28,6 +28,14 @@ typedef struct simd_packed {
     float lows[16];       /* rti_f16_lows of a turned by 0 to 15 lanes, lane i of the k-th plus i k: no two alike */
     uint16_t counted[16]; /* rti_u16_count from `from` on by bits */
     uint32_t counted_count;
+    uint32_t wide;         /* bits, and others of them above */
+    uint16_t chosen32[32]; /* rti_u16_put32 of the numbers 0 to 31 by wide */
+    uint32_t chosen32_count;
+    uint16_t some[32],
+        some_bits[32]; /* rti_u16_some of 100 to 131, where beside the i-th is 7 i if wide has bit i, else 0; 3 from */
+    uint32_t some_count;
+    float column[16];         /* rti_f16_column of records of eight numbers, 0 to 127, the last first */
+    float fours[16][4];       /* rti_f16_fours of a, -a, 2 a and of 3 a */
     float madd[16], msub[16]; /* rti_f16_madd and _msub of a, 2 and a turned by one lane */
 } simd_packed;
 

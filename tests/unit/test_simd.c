@@ -143,6 +143,8 @@ static void check_bounds(const float a[16], uint32_t bits, uint32_t from, const 
             low = fminf(low, a[(i + k) % 16] + (float)(i * k));
         assert_true(p->lows[k] == low);
         assert_true(same(p->madd[k], 2.0f * a[k] + next) && same(p->msub[k], 2.0f * a[k] - next));
+        for (uint32_t i = 0u; i < 4u; i++)
+            assert_true(same(p->fours[k][i], (const float[4]){a[k], -a[k], 2.0f * a[k], 3.0f * a[k]}[i]));
         if (bits >> k & 1u)
             assert_int_equal(p->counted[n++], from + k);
     }
@@ -168,6 +170,20 @@ static void check_lists(uint32_t bits, const uint32_t numbers[8], const uint32_t
             assert_int_equal(p->chosen[n++], i);
     }
     assert_int_equal(p->chosen_count, n);
+    n = 0u;
+    for (uint32_t i = 0u; i < 32u; i++)
+        if (p->wide >> i & 1u)
+            assert_int_equal(p->chosen32[n++], i);
+    assert_int_equal(p->chosen32_count, n);
+    n = 0u;
+    for (uint32_t i = 0u; i < 32u && i < 3u * from; i++)
+        if ((p->wide >> i & 1u) && i != 0u) { /* seven times nothing is nothing */
+            assert_int_equal(p->some[n], 100u + i);
+            assert_int_equal(p->some_bits[n++], 7u * i);
+        }
+    assert_int_equal(p->some_count, n);
+    for (uint32_t i = 0u; i < 16u; i++)
+        assert_true(p->column[i] == (float)(8u * (15u - i)));
 }
 
 static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,

@@ -1,4 +1,5 @@
-/* Four, eight and sixteen lanes, AVX-512 with VL and DQ: masks are bits. Included by simd.h. */
+/* Four, eight and sixteen lanes, AVX-512 with VL, DQ and BW, and with VBMI2 where the level has it: masks are bits. Included by
+ * simd.h. */
 #include <immintrin.h>
 
 #define RTI_SIMD 16
@@ -119,17 +120,47 @@ RTI_VEC rti_b16 rti_b16_load(const uint8_t *p)
 {
     return _mm_loadu_si128((const __m128i *)(const void *)p);
 }
+#ifdef __AVX512VBMI2__
+RTI_VEC __m256i rti_u16_chosen(__m256i a, uint32_t bits)
+{
+    return _mm256_maskz_compress_epi16((__mmask16)bits, a);
+}
+RTI_VEC uint32_t rti_u16_put32(uint16_t *to, const uint16_t *from, uint32_t bits)
+{
+    _mm512_storeu_si512((void *)to, _mm512_maskz_compress_epi16((__mmask32)bits, _mm512_loadu_si512((const void *)from)));
+    return (uint32_t)__builtin_popcount(bits);
+}
+#else
+RTI_VEC __m256i rti_u16_chosen(__m256i a, uint32_t bits)
+{
+    return _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32((__mmask16)bits, _mm512_cvtepu16_epi32(a)));
+}
+#endif
 RTI_VEC uint32_t rti_u16_put(uint16_t *to, const uint16_t *from, uint32_t bits)
 {
-    const __m512i all = _mm512_cvtepu16_epi32(_mm256_loadu_si256((const __m256i *)(const void *)from));
-    _mm256_storeu_si256((__m256i *)(void *)to, _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32((__mmask16)bits, all)));
+    const __m256i all = _mm256_loadu_si256((const __m256i *)(const void *)from);
+    _mm256_storeu_si256((__m256i *)(void *)to, rti_u16_chosen(all, bits));
     return (uint32_t)__builtin_popcount(bits);
+}
+#ifndef __AVX512VBMI2__
+RTI_VEC uint32_t rti_u16_put32(uint16_t *to, const uint16_t *from, uint32_t bits)
+{
+    const uint32_t n = rti_u16_put(to, from, bits & 0xffffu);
+    return n + rti_u16_put(to + n, from + 16, bits >> 16);
+}
+#endif
+RTI_VEC uint32_t rti_u16_some(uint16_t *to, uint16_t *bits, const uint16_t *from, const uint16_t *of, uint32_t n)
+{
+    const __m512i all = _mm512_loadu_si512((const void *)of);
+    const uint32_t some = _mm512_test_epi16_mask(all, all) & (n < 32u ? (1u << n) - 1u : 0xffffffffu);
+    rti_u16_put32(bits, of, some);
+    return rti_u16_put32(to, from, some);
 }
 RTI_VEC uint32_t rti_u16_count(uint16_t *to, uint32_t first, uint32_t bits)
 {
-    const __m512i all = _mm512_add_epi32(_mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
-                                         _mm512_set1_epi32((int)first));
-    _mm256_storeu_si256((__m256i *)(void *)to, _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32((__mmask16)bits, all)));
+    const __m256i all = _mm256_add_epi16(_mm256_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
+                                         _mm256_set1_epi16((short)first));
+    _mm256_storeu_si256((__m256i *)(void *)to, rti_u16_chosen(all, bits));
     return (uint32_t)__builtin_popcount(bits);
 }
 RTI_VEC uint32_t rti_u16_deal(uint16_t *to, const uint16_t *from, rti_b16 bytes, uint32_t bit, uint32_t n)
@@ -224,6 +255,23 @@ RTI_VEC void rti_f16_keep4(float *hit, float *end, const uint32_t hit_at[4], con
     KEEP(0) KEEP(1) KEEP(2) KEEP(3)
 #undef KEEP
 }
+RTI_VEC rti_f16 rti_f16_column(const float *p, uint32_t stride, const uint16_t at[16])
+{
+    const __m512i i = _mm512_cvtepu16_epi32(_mm256_loadu_si256((const __m256i *)(const void *)at));
+    return _mm512_i32gather_ps(_mm512_mullo_epi32(i, _mm512_set1_epi32((int)stride)), p, 4);
+}
+RTI_VEC void rti_f16_fours(rti_f16 a, rti_f16 b, rti_f16 c, rti_f16 d, float to[16][4])
+{
+    const __m512 ab0 = _mm512_unpacklo_ps(a, b), ab1 = _mm512_unpackhi_ps(a, b);
+    const __m512 cd0 = _mm512_unpacklo_ps(c, d), cd1 = _mm512_unpackhi_ps(c, d);
+    const __m512 r[4] = {PAIR(ab0, cd0, unpacklo), PAIR(ab0, cd0, unpackhi), PAIR(ab1, cd1, unpacklo), PAIR(ab1, cd1, unpackhi)};
+    for (uint32_t k = 0; k < 4; k++) {
+        _mm_storeu_ps(to[k], _mm512_castps512_ps128(r[k]));
+        _mm_storeu_ps(to[4 + k], _mm512_extractf32x4_ps(r[k], 1));
+        _mm_storeu_ps(to[8 + k], _mm512_extractf32x4_ps(r[k], 2));
+        _mm_storeu_ps(to[12 + k], _mm512_extractf32x4_ps(r[k], 3));
+    }
+}
 RTI_VEC float rti_f16_low(rti_f16 a)
 {
     return _mm512_reduce_min_ps(a);
@@ -236,7 +284,8 @@ RTI_VEC rti_f16 rti_f16_lows(const rti_f16 a[16])
     for (uint32_t i = 0; i < 4; i++)
         c[i] = _mm512_min_ps(PAIR(b[2 * i], b[2 * i + 1], unpacklo), PAIR(b[2 * i], b[2 * i + 1], unpackhi));
     for (uint32_t i = 0; i < 2; i++)
-        d[i] = _mm512_min_ps(_mm512_shuffle_f32x4(c[2 * i], c[2 * i + 1], 0x88), _mm512_shuffle_f32x4(c[2 * i], c[2 * i + 1], 0xdd));
+        d[i] =
+            _mm512_min_ps(_mm512_shuffle_f32x4(c[2 * i], c[2 * i + 1], 0x88), _mm512_shuffle_f32x4(c[2 * i], c[2 * i + 1], 0xdd));
     return _mm512_min_ps(_mm512_shuffle_f32x4(d[0], d[1], 0x88), _mm512_shuffle_f32x4(d[0], d[1], 0xdd));
 }
 #undef PAIR

@@ -122,7 +122,7 @@ RT_API size_t rt_context_error(const rt_context *context, char *buffer, size_t s
 /** Number of workers this context computes with (never 0). */
 RT_API uint32_t rt_context_workers(const rt_context *context);
 
-/** Instruction set of the loops that take the time: "generic", "sse42", "avx2", "avx512" or "neon". The context took the best one that this
+/** Instruction set of the loops that take the time: "generic", "sse42", "avx2", "avx512", "avx512_vbmi2" or "neon". The context took the best one that this
  *  build, processor and system have when it was made; the environment variable RT_ISA names a lower one (another value gives a warning in the log and
  *  the best). Results are the same bits with each. Owner: a constant string. Threads any. */
 RT_API const char *rt_context_isa(const rt_context *context);
