@@ -38,7 +38,7 @@ static void RTK_NAME(stream_single)(streams *a, stream *s, rtk_u32 l)
     if (!(RTK_MODE & RTK_MODE_ANY))
         stream_settle(a, s, l);
     RTK_NAME(stream_alone)(a, s->number[l]);
-    s->ray[l].t1 = -RTK_INF;
+    stream_ends(s, l, -RTK_INF);
     s->hit[l].t = -RTK_INF; /* nothing is nearer */
 }
 

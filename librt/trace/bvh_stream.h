@@ -1,8 +1,9 @@
 /* Rays that have nothing in common but the octant they point into, through eight-wide nodes together, for hot files.
  *
  * Up to STREAM rays go as a stream. A node is opened once for all of the stream's rays that enter it. Long lists are taken
- * sixteen rays at a time, whose numbers are turned so that each of a node's boxes meets all sixteen; of short ones the rays pass
- * one after the other, each against all eight boxes. No ray waits for another, and no branch depends on what one meets. Behind
+ * sixteen rays at a time, whose numbers are turned so that each of a node's boxes meets all sixteen, or with AVX-512 as the rays
+ * lie, where most of them come along (bvh_stream_dense.h); of short ones the rays pass one after the other, each against all eight
+ * boxes. No ray waits for another, and no branch depends on what one meets. Behind
  * that each slot gets the list of the rays that enter it, and the slots go onto a stack, the nearest on top, with their lists. A
  * leaf meets a long list sixteen rays at a time, a triangle after the other, a short one four rays and four triangles at a time.
  * So what a node or leaf costs beside its rays (to wait for it, to foresee where it leads) is shared by all rays that come there:
@@ -24,8 +25,10 @@
 #define STREAM_LEAST  1.0e-35f         /* of scale |inv| */
 #define STREAM_FRONT  -3.402823466e38f /* where rays enter that need no order */
 #define STREAM_FEW    1u
-#define STREAM_TURNED 16u            /* rays of a list from which on they are turned, and each slot of a node meets sixteen */
-#define STREAM_LIST   (16u * STREAM) /* numbers in all lists; rays for which there is no room go by themselves */
+#define STREAM_TURNED 16u /* rays of a list from which on they are turned, and each slot of a node meets sixteen */
+#define STREAM_LIST   (16u * STREAM - 64u)   /* numbers in all lists; rays for which there is no room go by themselves */
+#define STREAM_NARROW (STREAM + STREAM / 4u) /* as many where a scratch is narrow: dense ones go a level or two */
+#define STREAM_SLOTS  (STREAM / 16u + 32u)   /* sixteens of a list's rays; what is read and written by vectors goes beyond */
 #define STREAM_STACK  (RTK_BVH_STACK + RTK_BVH_WIDTH)
 #define STREAM_BYTES  ((size_t)16 << 20) /* of a tree through which streams go by turns */
 
@@ -55,7 +58,10 @@ typedef struct stream {
     stream_hit hit[STREAM];
     rtk_u32 number[STREAM]; /* in the batch */
     float kind[STREAM];     /* dominant axis */
-    uint16_t list[STREAM_LIST + 16u];
+    uint16_t list[STREAM_LIST + 32u];
+#ifdef RTI_PACK
+    float wide[STREAM / 16u][8][16]; /* fields of ray[], sixteen rays side by side */
+#endif
     /* What waits: a node, or a leaf as in rtk_bvhnode; where the first of its rays enters it; its list: where that begins, and in
      * the upper half how long it is. */
     rtk_u32 child[STREAM_STACK], count[STREAM_STACK], lists[STREAM_STACK];
@@ -65,9 +71,9 @@ typedef struct stream {
 
 typedef struct streams {
     stream of[8]; /* an octant's each */
-    uint16_t now[STREAM];
+    uint16_t now[STREAM + 32u];
     uint8_t bits[STREAM + 16u];                  /* of a node's rays */
-    uint16_t slots[STREAM / 16u][RTK_BVH_WIDTH]; /* which of sixteen of them enter a slot */
+    uint16_t slots[RTK_BVH_WIDTH][STREAM_SLOTS]; /* which enter a slot, sixteen by sixteen */
     const rtk_scene *scene;
     const rtk_trace_block *blocks; /* the batch */
     rtk_hit_block *hits;
@@ -75,11 +81,12 @@ typedef struct streams {
     rti_scratch *scratch;
     const rtk_part *part;
     rtk_tree tree;
+    rtk_u32 most;  /* numbers in all lists of a stream */
     rtk_u32 turns; /* all octants' streams go by turns */
 } streams;
 
 _Static_assert(sizeof(streams) <= RTI_TRACE_ROOM, "streams fit into a room");
-_Static_assert(STREAM_LIST + 16u <= 0xffffu && STREAM % PACKET == 0, "lists are told in sixteen bits; streams take packets");
+_Static_assert(STREAM_LIST + 32u <= 0xffffu && STREAM % PACKET == 0, "lists are told in sixteen bits; streams take packets");
 
 RTI_VEC void streams_begin(streams *a, const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
                            uint16_t *occluded, rti_scratch *scratch)
@@ -89,6 +96,7 @@ RTI_VEC void streams_begin(streams *a, const rtk_scene *scene, const rtk_trace_b
     a->hits = hits;
     a->occluded = occluded;
     a->scratch = scratch;
+    a->most = scratch->narrow ? STREAM_NARROW : STREAM_LIST;
     for (rtk_u32 i = 0u; i < 8u; i++)
         a->of[i].n = 0u;
 }
@@ -104,6 +112,15 @@ RTI_VEC void streams_part(streams *a, const rtk_part *part, const rtk_tree *tree
 RTI_VEC int stream_fits(const rtk_group *g, const rtk_part *part)
 {
     return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && part->RTK_TREE.block_count != 0u;
+}
+
+/* Ray l ends at t from now on. */
+RTI_VEC void stream_ends(stream *s, rtk_u32 l, float t)
+{
+    s->ray[l].t1 = t;
+#ifdef RTI_PACK
+    s->wide[l / 16u][7][l % 16u] = t;
+#endif
 }
 
 /* ---- one ray by itself ---- */
@@ -139,7 +156,7 @@ RTI_VEC void stream_occluded(const streams *a, rtk_u32 number)
 RTI_VEC void stream_done(const streams *a, stream *s, rtk_u32 l)
 {
     stream_occluded(a, s->number[l]);
-    s->ray[l].t1 = -RTK_INF;
+    stream_ends(s, l, -RTK_INF);
 }
 
 /* A reference by the leaf test itself. */
@@ -156,7 +173,7 @@ static void stream_ask_plain(const streams *a, stream *s, rtk_u32 l, rtk_u32 mod
     } else if (!(mode & RTK_MODE_ANY)) {
         stream_keep(a, s->number[l], q.best);
         s->hit[l].t = q.best.t;
-        s->ray[l].t1 = rtk_min(s->ray[l].t1, q.best.t);
+        stream_ends(s, l, rtk_min(s->ray[l].t1, q.best.t));
     }
 }
 
@@ -170,7 +187,7 @@ static void stream_settle(const streams *a, stream *s, rtk_u32 l)
     s->hit[l].late = RTK_INVALID;
     if (h.t < s->ray[l].t1) { /* put aside; nothing is in front of it */
         stream_ask_plain(a, s, l, 0u, ref);
-        s->ray[l].t1 = rtk_min(s->ray[l].t1, s->hit[l].t);
+        stream_ends(s, l, rtk_min(s->ray[l].t1, s->hit[l].t));
         return;
     }
     const rtk_tri *tri = &a->scene->groups->tris[ref];
@@ -213,7 +230,7 @@ static void stream_doubt(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, r
     }
     s->hit[l].t = within[0];
     s->hit[l].late = place;
-    s->ray[l].t1 = rtk_min(far, within[1]);
+    stream_ends(s, l, rtk_min(far, within[1]));
     __builtin_prefetch(&a->tree.refs[place]);
 }
 
@@ -226,7 +243,7 @@ RTI_VEC void stream_take(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, r
         stream_done(a, s, l);
     } else if (t < h->t) {
         *h = (stream_hit){t, u, v, place};
-        s->ray[l].t1 = rtk_min(far, t);
+        stream_ends(s, l, rtk_min(far, t));
         __builtin_prefetch(&a->tree.refs[place]);
     } else if (t == h->t && !(h->t < far) && h->late != RTK_INVALID) { /* triangles stand in the order of hits */
         if (a->tree.refs[place] < a->tree.refs[h->late])
@@ -281,7 +298,8 @@ static void stream_decide(const streams *a, stream *s, const rtk_u32 *lane, rtk_
     for (rtk_u32 i = 0u; i < n; i++) {
         const rtk_u32 l = lane[i];
         if (hit.hit >> i & 1u) {
-            s->hit[l].t = s->ray[l].t1 = x[0][i];
+            s->hit[l].t = x[0][i];
+            stream_ends(s, l, x[0][i]);
             s->hit[l].u = x[1][i];
             s->hit[l].v = x[2][i];
         } else { /* the ray starts or ends on an edge */

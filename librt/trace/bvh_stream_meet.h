@@ -79,6 +79,8 @@ RTI_VEC int stream_fours_keep(stream *s, const tri_hit *hit, vec tmax, const rtk
     if (twice | (before ^ take) | (hit->doubt ^ hit->certain))
         return 0;
     rti_f16_keep4(&s->hit[0].t, &s->ray[0].t1, hit_at, ray_at, take, lo, hit->u, hit->v, V(min)(hi, far), 4u * k);
+    for (rtk_u32 i = 0u; i < 4u; i++)
+        stream_ends(s, hit_at[i] / 4u, s->ray[hit_at[i] / 4u].t1);
     return 1;
 }
 
@@ -128,14 +130,84 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
     }
 }
 
-#define STREAM_MANY 8u /* rays of a leaf from which on sixteen of them meet a triangle */
+#define STREAM_SINGLY 4   /* hits of sixteen rays with a triangle up to which they are taken one by one */
+#define STREAM_SOME   16u /* triangles that are looked at together */
+#define STREAM_MANY   8u  /* rays of a leaf from which on sixteen of them meet a triangle */
 
-/* The triangles of a leaf for many rays, sixteen rays by one triangle at a time. */
-RTI_VEC void stream_leaf_many(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n, rtk_u32 at,
+/* Sixteen rays, of which those of `want` count, and the triangle at a place: hit, doubt and certain of *hit. */
+RTI_VEC rtk_u32 stream_many_test(const streams *a, const tri_ray *r, const rti_i16 rows[3], rtk_u32 place, rtk_u32 want,
+                                 tri_hit *hit)
+{
+    const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
+    const rtk_u32 j = place % 4u;
+    const vec a0 = rti_f16_nine(b->v0[0] + j), a1 = rti_f16_nine(b->v1[0] + j), a2 = rti_f16_nine(b->v2[0] + j);
+    const vec v0[3] = {rti_f16_take(a0, rows[0]), rti_f16_take(a0, rows[1]), rti_f16_take(a0, rows[2])};
+    const vec v1[3] = {rti_f16_take(a1, rows[0]), rti_f16_take(a1, rows[1]), rti_f16_take(a1, rows[2])};
+    const vec v2[3] = {rti_f16_take(a2, rows[0]), rti_f16_take(a2, rows[1]), rti_f16_take(a2, rows[2])};
+    return hit ? tri_test(r, v0, v1, v2, want, hit) : tri_inside(r, v0, v1, v2, want);
+}
+
+/* What sixteen rays, which are different ones where they count, and the triangle at a place give in vectors, as stream_take and
+ * stream_doubt would. Returns the rays for which nothing was done, as they must go one by one: where a hit is not for certain, lies
+ * between the best one's bounds, or is as near. */
+RTI_VEC rtk_u32 stream_many_keep(stream *s, const tri_hit *hit, vec tmax, const uint16_t lane[16], rtk_u32 place)
+{
+    const rtk_u32 known = hit->hit | hit->certain, doubt = known & hit->doubt;
+    const vec best = rti_f16_column(&s->hit[0].t, 4u, lane), far = rti_f16_column(&s->ray[0].t1, 8u, lane);
+    const vec off = V(select)(VM(of)(doubt), hit->off, V(set)(0.0f)), lo = hit->t - off, hi = hit->t + off;
+    const rtk_u32 may = known & ~(doubt & VM(bits)(V(lt)(V(min)(tmax, far), lo)));
+    const rtk_u32 between = VM(bits)(V(lt)(lo, hi)) & VM(bits)(V(lt)(lo, far));
+    const rtk_u32 take = may & VM(bits)(V(lt)(hi, best)) & (~doubt | between);
+    const rtk_u32 left = may & ~take & (VM(bits)(V(le)(lo, far)) | VM(bits)(V(eq)(lo, best)));
+    if (take) {
+        float kept[16][4], end[16], late;
+        memcpy(&late, &place, sizeof late);
+        rti_f16_fours(lo, hit->u, hit->v, V(set)(late), kept);
+        V(store)(end, V(min)(hi, far));
+        for (rtk_u32 bits = take; bits != 0u; bits &= bits - 1u) {
+            const rtk_u32 k = (rtk_u32)__builtin_ctz(bits);
+            memcpy(&s->hit[lane[k]], kept[k], sizeof kept[k]);
+            stream_ends(s, lane[k], end[k]);
+        }
+    }
+    return left | (hit->doubt & ~known);
+}
+
+/* Sixteen rays for which the leaf test says what is in *hit of the triangle at a place. Returns those that need no more. */
+RTI_VEC rtk_u32 stream_many_met(const streams *a, stream *s, rtk_u32 mode, const tri_hit *hit, vec tmax, const uint16_t lane[16],
+                                rtk_u32 place)
+{
+    rtk_u32 bits = hit->hit | hit->doubt;
+    if ((mode & RTK_MODE_ANY) && hit->doubt == hit->certain) {
+        for (rtk_u32 b = bits; b != 0u; b &= b - 1u)
+            stream_done(a, s, lane[__builtin_ctz(b)]);
+        return bits;
+    }
+    if (!(mode & RTK_MODE_ANY) && __builtin_popcount(bits) > STREAM_SINGLY) {
+        __builtin_prefetch(&a->tree.refs[place]);
+        bits = stream_many_keep(s, hit, tmax, lane, place);
+    }
+    if (__builtin_expect(bits != 0u, 0)) {
+        float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD], off[RTI_SIMD];
+        V(store)(t, hit->t);
+        V(store)(u, hit->u);
+        V(store)(v, hit->v);
+        V(store)(off, hit->off);
+        for (; bits != 0u; bits &= bits - 1u) {
+            const rtk_u32 k = (rtk_u32)__builtin_ctz(bits);
+            stream_met(a, s, lane[k], mode, place, hit->doubt, hit->certain, t, u, v, off, k);
+        }
+    }
+    return 0u;
+}
+
+/* The triangles of a leaf for many rays, sixteen rays by one triangle at a time. For any hit first which rays' lines pass through
+ * which triangles, without a branch, as that is not to be foreseen, then what comes of those. */
+RTI_VEC void stream_leaf_many(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n, rtk_u32 first,
                               rtk_u32 count)
 {
     for (rtk_u32 i = 0u; i < n; i += 16u) {
-        const rtk_u32 want = n - i < 16u ? (1u << (n - i)) - 1u : 0xffffu;
+        rtk_u32 live = n - i < 16u ? (1u << (n - i)) - 1u : 0xffffu;
         const uint16_t *lane = ids + i;
         uint16_t last[16];
         vec o[8];
@@ -146,47 +218,48 @@ RTI_VEC void stream_leaf_many(const streams *a, stream *s, rtk_u32 mode, const u
         }
         rti_f16_records(&s->tri[0].ox, lane, o);
         const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], V(set)(0.0f), V(set)(a->part->scale)};
-        const rti_i16 z = rti_i16_rows(s->kind, lane), x = rti_i16_next(z), y = rti_i16_next(x);
-        for (rtk_u32 place = at; place < at + count; place++) {
-            const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
-            const rtk_u32 j = place % 4u;
-            const vec a0 = rti_f16_nine(b->v0[0] + j), a1 = rti_f16_nine(b->v1[0] + j), a2 = rti_f16_nine(b->v2[0] + j);
-            const vec v0[3] = {rti_f16_take(a0, x), rti_f16_take(a0, y), rti_f16_take(a0, z)};
-            const vec v1[3] = {rti_f16_take(a1, x), rti_f16_take(a1, y), rti_f16_take(a1, z)};
-            const vec v2[3] = {rti_f16_take(a2, x), rti_f16_take(a2, y), rti_f16_take(a2, z)};
-            float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD], off[RTI_SIMD];
-            tri_hit hit;
-            rtk_u32 bits = tri_test(&r, v0, v1, v2, want, &hit);
-            if (bits == 0u)
-                continue;
-            if ((mode & RTK_MODE_ANY) && hit.doubt == hit.certain) {
-                for (; bits != 0u; bits &= bits - 1u)
-                    stream_done(a, s, lane[__builtin_ctz(bits)]);
-                continue;
+        const rti_i16 z = rti_i16_rows(s->kind, lane), x = rti_i16_next(z), rows[3] = {x, rti_i16_next(x), z};
+        if (!(mode & RTK_MODE_ANY)) {
+            for (rtk_u32 place = first; place < first + count; place++) {
+                tri_hit hit;
+                if (stream_many_test(a, &r, rows, place, live, &hit) != 0u)
+                    stream_many_met(a, s, mode, &hit, r.tmax, lane, place);
             }
-            V(store)(t, hit.t);
-            V(store)(u, hit.u);
-            V(store)(v, hit.v);
-            V(store)(off, hit.off);
-            for (; bits != 0u; bits &= bits - 1u) {
-                const rtk_u32 k = (rtk_u32)__builtin_ctz(bits);
-                stream_met(a, s, lane[k], mode, place, hit.doubt, hit.certain, t, u, v, off, k);
+            continue;
+        }
+        for (rtk_u32 at = first; at < first + count; at += STREAM_SOME) {
+            const rtk_u32 end = rtk_umin(at + STREAM_SOME, first + count);
+            rtk_u32 inside[STREAM_SOME], places[STREAM_SOME], some = 0u;
+            for (rtk_u32 place = at; place < end; place++) {
+                inside[some] = stream_many_test(a, &r, rows, place, live, NULL);
+                places[some] = place;
+                some += inside[some] != 0u;
+            }
+            for (rtk_u32 m = 0u; m < some; m++) {
+                tri_hit hit;
+                if (stream_many_test(a, &r, rows, places[m], inside[m] & live, &hit) != 0u)
+                    live &= ~stream_many_met(a, s, mode, &hit, r.tmax, lane, places[m]);
             }
         }
     }
 }
 #endif
 
-/* A leaf for a list, of which rays that have found nearer hits since are left out. */
-RTI_VEC void stream_leaf(streams *a, stream *s, rtk_u32 mode, const uint16_t *list, rtk_u32 size, rtk_u32 at, rtk_u32 count,
-                         float enter)
+/* Of a list, the rays that have found no hit before `enter` since, to a->now. Returns how many. */
+RTI_VEC rtk_u32 stream_still(streams *a, const stream *s, const uint16_t *list, rtk_u32 size, float enter)
 {
-    const uint16_t *ids = a->now;
     rtk_u32 n = 0u;
     for (rtk_u32 i = 0u; i < size; i++) {
         a->now[n] = list[i];
         n += s->ray[list[i]].t1 >= enter;
     }
+    return n;
+}
+
+/* A leaf for n rays of a->now. */
+RTI_VEC void stream_leaf(streams *a, stream *s, rtk_u32 mode, rtk_u32 n, rtk_u32 at, rtk_u32 count)
+{
+    const uint16_t *ids = a->now;
     if (at >= 4u * a->tree.block_count) {
         for (rtk_u32 i = 0u; i < n; i++)
             for (rtk_u32 k = 0u; k < count && s->ray[ids[i]].t1 != -RTK_INF; k++)
@@ -210,26 +283,40 @@ RTI_VEC void stream_leaf(streams *a, stream *s, rtk_u32 mode, const uint16_t *li
 /* ---- nodes ---- */
 
 #ifdef RTI_PACK
-/* Sixteen rays of a list against each slot of a node: which of them enter it. low: where the first of each lane does. */
-RTI_VEC rtk_u32 stream_open_sixteen(const stream *s, rtk_u32 mode, const float *const near[3], const float *const far[3],
-                                    rtk_u32 slots, const uint16_t ids[16], uint16_t enter[RTK_BVH_WIDTH], vec low[RTK_BVH_WIDTH])
+/* Sixteen rays, fields of stream_ray, against all slots of a node: those of `of` that enter slot i to to[i], and where the first
+ * of each lane does to low[i]. */
+RTI_VEC void stream_open_sixteen(rtk_u32 mode, const float *const near[3], const float *const far[3], const vec r[8], rtk_u32 of,
+                                 uint16_t *to, vec low[RTK_BVH_WIDTH])
 {
-    rtk_u32 all = 0u;
-    vec r[8];
-    rti_f16_records(s->ray[0].inv, ids, r);
-    for (; slots != 0u; slots &= slots - 1u) {
-        const rtk_u32 i = (rtk_u32)__builtin_ctz(slots);
+#pragma GCC unroll 8
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++) {
 #define PLANE(side, axis) V(msub)(V(set)((side)[axis][i]), r[axis], r[3 + axis])
         const vec t0 = V(max)(V(max)(PLANE(near, 0), PLANE(near, 1)), V(max)(PLANE(near, 2), r[6]));
         const vec t1 = V(min)(V(min)(PLANE(far, 0), PLANE(far, 1)), V(min)(PLANE(far, 2), r[7]));
 #undef PLANE
-        const vmask m = V(le)(t0, t1);
-        enter[i] = (uint16_t)VM(bits)(m);
-        all |= (rtk_u32)(enter[i] != 0u) << i;
+        const rtk_u32 bits = VM(bits)(V(le)(t0, t1)) & of;
+        to[i * STREAM_SLOTS] = (uint16_t)bits;
         if (!(mode & RTK_MODE_ANY))
-            low[i] = V(min)(low[i], V(select)(m, t0, low[i]));
+            low[i] = V(min)(low[i], V(select)(VM(of)(bits), t0, low[i]));
     }
-    return all;
+}
+
+/* The slots of a node that some of its `size` masks each have; rays: how many bits those have. */
+RTI_VEC rtk_u32 stream_entered(const streams *a, const rtk_bvhnode *n, rtk_u32 size, rtk_u32 rays[RTK_BVH_WIDTH])
+{
+    rtk_u32 all = 0u;
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++) {
+        rays[i] = 0u;
+        for (rtk_u32 k = 0u; k < size; k += 4u) {
+            uint64_t four;
+            memcpy(&four, a->slots[i] + k, sizeof four);
+            if (size - k < 4u)
+                four &= ((uint64_t)1u << 16u * (size - k)) - 1u;
+            rays[i] += (rtk_u32)__builtin_popcountll(four);
+        }
+        all |= (rtk_u32)(rays[i] != 0u) << i;
+    }
+    return all & node_bits(NODE(le)(NODE(load)(n->box[0][0]), NODE(load)(n->box[0][1]))); /* empty ones are inside out */
 }
 
 /* stream_open for many rays. */
@@ -239,24 +326,27 @@ RTI_VEC rtk_u32 stream_open_many(streams *a, const stream *s, rtk_u32 mode, rtk_
     const rtk_u32 x = octant & 1u, y = octant >> 1 & 1u, z = octant >> 2 & 1u;
     const float *const near[3] = {n->box[0][x], n->box[1][y], n->box[2][z]};
     const float *const far[3] = {n->box[0][1u - x], n->box[1][1u - y], n->box[2][1u - z]};
-    const rtk_u32 slots = node_bits(NODE(le)(NODE(load)(n->box[0][0]), NODE(load)(n->box[0][1])));
-    rtk_u32 all = 0u, at = 0u;
+    rtk_u32 rays[RTK_BVH_WIDTH];
     vec low[RTK_BVH_WIDTH];
     for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
         low[i] = V(set)(mode & RTK_MODE_ANY ? STREAM_FRONT : RTK_INF);
-    for (; at < size; at += 16u) {
+    for (rtk_u32 at = 0u; at < size; at += 16u) {
         uint16_t last[16];
         const uint16_t *some = ids + at;
+        rtk_u32 of = 0xffffu;
+        vec r[8];
         if (size - at < 16u) { /* and one of them again */
             for (rtk_u32 i = 0u; i < 16u; i++)
                 last[i] = ids[rtk_umin(at + i, size - 1u)];
             some = last;
+            of = (1u << (size - at)) - 1u;
         }
-        all |= stream_open_sixteen(s, mode, near, far, slots, some, a->slots[at / 16u], low);
+        rti_f16_records(s->ray[0].inv, some, r);
+        stream_open_sixteen(mode, near, far, r, of, &a->slots[0][at / 16u], low);
     }
     for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
         least[i] = mode & RTK_MODE_ANY ? STREAM_FRONT : rti_f16_low(low[i]);
-    return all;
+    return stream_entered(a, n, (size + 15u) / 16u, rays);
 }
 #endif
 
@@ -309,9 +399,11 @@ RTI_VEC rtk_u32 stream_deal(const streams *a, uint16_t *to, const uint16_t *ids,
 #ifdef RTI_PACK
     if (size < STREAM_TURNED)
         return rti_u16_deal(to, ids, rti_b16_load(a->bits), slot, size);
-    for (rtk_u32 from = 0u; from < size; from += 16u)
-        end += rti_u16_put(to + end, ids + from,
-                           a->slots[from / 16u][slot] & (size - from < 16u ? (1u << (size - from)) - 1u : 0xffffu));
+    for (rtk_u32 from = 0u; from < size; from += 32u) {
+        rtk_u32 b;
+        memcpy(&b, &a->slots[slot][from / 16u], sizeof b);
+        end += rti_u16_put32(to + end, ids + from, size - from < 32u ? b & ((1u << (size - from)) - 1u) : b);
+    }
 #else
     for (rtk_u32 from = 0u; from < size; from++) {
         to[end] = ids[from];
@@ -321,11 +413,11 @@ RTI_VEC rtk_u32 stream_deal(const streams *a, uint16_t *to, const uint16_t *ids,
     return end;
 }
 
-/* The slots `all` of a node onto the stack, with the lists of those of `size` rays that enter them, from `used` on. */
-RTI_VEC void stream_push(const streams *a, stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 all,
-                         const float least[RTK_BVH_WIDTH], const uint16_t *ids, rtk_u32 size, rtk_u32 used)
+/* The slots `all` of a node onto the stack, the nearest on top, without their lists: s->top stays. slots: which they are, in that
+ * order. */
+RTI_VEC void stream_slots(stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 all, const float least[RTK_BVH_WIDTH],
+                          rtk_u32 slots[RTK_BVH_WIDTH])
 {
-    rtk_u32 slots[RTK_BVH_WIDTH], count = (rtk_u32)__builtin_popcount(all);
 #ifdef RTI_PACK
     static const float in_order[RTK_BVH_WIDTH] = {0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f};
     if (mode & RTK_MODE_ANY) { /* slots in their order, which is fair (kernel/bvh.h) */
@@ -337,7 +429,7 @@ RTI_VEC void stream_push(const streams *a, stream *s, rtk_u32 mode, const rtk_bv
     rti_u8_take(s->child + s->top, n->child, slots);
     rti_u8_take(s->count + s->top, n->count, slots);
 #else
-    count = 0u;
+    rtk_u32 count = 0u;
     for (; all != 0u; all &= all - 1u) {
         const rtk_u32 i = (rtk_u32)__builtin_ctz(all);
         rtk_u32 to = count++;
@@ -351,6 +443,15 @@ RTI_VEC void stream_push(const streams *a, stream *s, rtk_u32 mode, const rtk_bv
         s->enter[s->top + k] = least[slots[k]];
     }
 #endif
+}
+
+/* The slots `all` of a node onto the stack, with the lists of those of `size` rays that enter them, from `used` on. */
+RTI_VEC void stream_push(const streams *a, stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 all,
+                         const float least[RTK_BVH_WIDTH], const uint16_t *ids, rtk_u32 size, rtk_u32 used)
+{
+    rtk_u32 slots[RTK_BVH_WIDTH];
+    const rtk_u32 count = (rtk_u32)__builtin_popcount(all);
+    stream_slots(s, mode, n, all, least, slots);
     for (rtk_u32 k = 0u; k < count; k++) {
         const rtk_u32 some = stream_deal(a, s->list + used, ids, size, slots[k]);
         s->lists[s->top++] = used | some << 16;
@@ -398,7 +499,7 @@ RTI_VEC void stream_one(streams *a, stream *s, rtk_u32 mode, rtk_u32 octant, rtk
             if (at < 4u * a->tree.block_count)
                 stream_leaf_one(a, s, mode, l, at, count);
             else
-                stream_leaf(a, s, mode, s->list + (list & 0xffffu), 1u, at, count, t[i]);
+                stream_leaf(a, s, mode, stream_still(a, s, s->list + (list & 0xffffu), 1u, t[i]), at, count);
             return;
         }
     }

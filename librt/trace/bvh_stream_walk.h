@@ -2,7 +2,7 @@
 #ifndef RTI_BVH_STREAM_WALK_H
 #define RTI_BVH_STREAM_WALK_H
 
-#include "bvh_stream_meet.h"
+#include "bvh_stream_dense.h"
 
 /* ---- rays ---- */
 
@@ -190,15 +190,28 @@ RTI_VEC void stream_next(const streams *a, const stream *s)
 RTI_VEC rtk_u32 stream_step(streams *a, rtk_u32 octant, rtk_u32 mode)
 {
     stream *s = &a->of[octant];
-    const rtk_u32 top = --s->top, list = s->lists[top], begin = list & 0xffffu, size = list >> 16, at = s->child[top],
+    const rtk_u32 top = --s->top, list = s->lists[top], begin = list & 0xffffu, size = list >> 16 & 0x7fffu, at = s->child[top],
                   count = s->count[top];
     const float enter = s->enter[top];
     const uint16_t *ids = s->list + begin;
+#ifdef RTI_PACK
+    if (list & STREAM_DENSE) {
+        rtk_u32 left = 0u;
+        if (count != 0u) {
+            stream_next(a, s);
+            stream_leaf(a, s, mode, stream_still_dense(a, s, ids, size, enter), at, count);
+        } else {
+            left = stream_step_dense(a, s, mode, octant, &a->tree.bvh[at], begin, size);
+            stream_next(a, s);
+        }
+        return left;
+    }
+#endif
     if (size == 1u && s->ray[ids[0]].t1 < enter)
         return 0u;
     if (count != 0u) {
         stream_next(a, s);
-        stream_leaf(a, s, mode, ids, size, at, count, enter);
+        stream_leaf(a, s, mode, stream_still(a, s, ids, size, enter), at, count);
         return 0u;
     }
     if (size <= STREAM_FEW) {
@@ -209,7 +222,7 @@ RTI_VEC rtk_u32 stream_step(streams *a, rtk_u32 octant, rtk_u32 mode)
     const rtk_bvhnode *n = &a->tree.bvh[at];
     float least[RTK_BVH_WIDTH];
     const rtk_u32 all = stream_open(a, s, mode, octant, n, ids, size, least);
-    if (begin + (1u + (rtk_u32)__builtin_popcount(all)) * size > STREAM_LIST) {
+    if (begin + (1u + (rtk_u32)__builtin_popcount(all)) * size > a->most) {
         memcpy(a->now, ids, size * sizeof *ids);
         return size;
     }
@@ -222,12 +235,16 @@ RTI_VEC rtk_u32 stream_step(streams *a, rtk_u32 octant, rtk_u32 mode)
 /* All of a stream's rays are at the root. */
 RTI_VEC void stream_start(stream *s)
 {
-    for (rtk_u32 i = 0u; i < s->n; i++)
-        s->list[i] = (uint16_t)i;
     s->child[0] = s->count[0] = 0u;
     s->enter[0] = -RTK_INF;
-    s->lists[0] = s->n << 16;
     s->top = s->n != 0u;
+#ifdef RTI_PACK
+    stream_start_dense(s);
+#else
+    for (rtk_u32 i = 0u; i < s->n; i++)
+        s->list[i] = (uint16_t)i;
+    s->lists[0] = s->n << 16;
+#endif
 }
 
 #endif

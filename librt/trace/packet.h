@@ -7,29 +7,32 @@
 #include "tri_lanes.h"
 
 #if RTI_SIMD >= 16
-#define V(op)    rti_f16_##op
-#define VM(op)   rti_m16_##op
-#define vec      rti_f16
-#define vmask    rti_m16
-#define tri_test rti_tri16
-#define tri_ray  rti_tri_ray16
-#define tri_hit  rti_tri_hit16
+#define V(op)      rti_f16_##op
+#define VM(op)     rti_m16_##op
+#define vec        rti_f16
+#define vmask      rti_m16
+#define tri_test   rti_tri16
+#define tri_inside rti_tri_inside16
+#define tri_ray    rti_tri_ray16
+#define tri_hit    rti_tri_hit16
 #elif RTI_SIMD >= 8
-#define V(op)    rti_f8_##op
-#define VM(op)   rti_m8_##op
-#define vec      rti_f8
-#define vmask    rti_m8
-#define tri_test rti_tri8
-#define tri_ray  rti_tri_ray8
-#define tri_hit  rti_tri_hit8
+#define V(op)      rti_f8_##op
+#define VM(op)     rti_m8_##op
+#define vec        rti_f8
+#define vmask      rti_m8
+#define tri_test   rti_tri8
+#define tri_inside rti_tri_inside8
+#define tri_ray    rti_tri_ray8
+#define tri_hit    rti_tri_hit8
 #else
-#define V(op)    rti_f4_##op
-#define VM(op)   rti_m4_##op
-#define vec      rti_f4
-#define vmask    rti_m4
-#define tri_test rti_tri4
-#define tri_ray  rti_tri_ray4
-#define tri_hit  rti_tri_hit4
+#define V(op)      rti_f4_##op
+#define VM(op)     rti_m4_##op
+#define vec        rti_f4
+#define vmask      rti_m4
+#define tri_test   rti_tri4
+#define tri_inside rti_tri_inside4
+#define tri_ray    rti_tri_ray4
+#define tri_hit    rti_tri_hit4
 #endif
 #define LANES_ALL ((1u << RTI_SIMD) - 1u)
 
@@ -114,8 +117,9 @@ RTI_VEC rtk_u32 packet_rays_enter(const vec org[3], const vec inv[3], vec tmin, 
 
 /* rti_tri_settle for many rays and triangles: what it says in doubles of each lane. end: tmax or less. Returns the lanes that are
  * to be asked; sure: hits for certain. */
-__attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ray *r, const vec *end, const vec v0[3], const vec v1[3],
-                                                                    const vec v2[3], rtk_u32 lanes, rtk_u32 *sure)
+__attribute__((noinline, unused)) static rtk_u32 packet_settle_many(const tri_ray *r, const vec *end, const vec v0[3],
+                                                                    const vec v1[3], const vec v2[3], rtk_u32 lanes,
+                                                                    rtk_u32 *sure)
 {
     enum { AX, AY, AZ, BX, BY, BZ, CX, CY, CZ, MX, MY, KDZ, TSHIFT, SCALE, TMIN, TMAX, COUNT };
     const vec az = v0[2] - r->oz, bz = v1[2] - r->oz, cz = v2[2] - r->oz;

@@ -22,14 +22,15 @@ typedef struct rti_trace_stats {
 typedef struct rti_steps {
     uint32_t nodes, leaves, tests;
 } rti_steps;
-#define RTI_TRACE_ROOM ((size_t)2304 << 10)
+#define RTI_TRACE_ROOM ((size_t)2816 << 10)
 typedef struct rti_scratch {
     const float *times; /* [count]: of each ray, 0 to 1; NULL: all are at 0 */
     rti_trace_stats stats;
     rti_steps *steps;
-    void *room; /* RTI_TRACE_ROOM bytes, 64-byte aligned, which a batch may write; NULL: rays that are not coherent go one by one */
-    bool turns; /* streams go by turns through trees of any size, not of a large one alone (bvh_stream.h) */
-    bool bare;  /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
+    void *room;  /* RTI_TRACE_ROOM bytes, 64-byte aligned, which a batch may write; NULL: rays that are not coherent go singly */
+    bool narrow; /* streams have room for few lists (bvh_stream.h) */
+    bool turns;  /* streams go by turns through trees of any size, not of a large one alone (bvh_stream.h) */
+    bool bare;   /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
 } rti_scratch;
 
 typedef struct rti_tracer {

@@ -9,6 +9,9 @@
 #define RAY    LANES_TYPE(rti_tri_ray, RTI_N)
 #define RESULT LANES_TYPE(rti_tri_hit, RTI_N)
 #define TEST   LANES_TYPE(rti_tri, RTI_N)
+#define INSIDE LANES_TYPE(rti_tri_inside, RTI_N)
+#define EDGES  LANES_TYPE(rti_tri_edges, RTI_N)
+#define SHEAR  LANES_TYPE(rti_tri_shear, RTI_N)
 
 /* Of the prepared ray: korg, shear, and what the second half needs. */
 typedef struct RAY {
@@ -22,17 +25,41 @@ typedef struct RESULT {
     VEC t, u, v, off;
 } RESULT;
 
+/* The sheared corners, relative to the rays' origins, the edge functions, and of `lanes` those whose rays' lines may pass through the
+ * triangle. */
+typedef struct EDGES {
+    VEC ax, ay, az, bx, by, bz, cx, cy, cz, uu, vv, ww;
+    uint32_t keep;
+} EDGES;
+
+RTI_VEC EDGES SHEAR(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes)
+{
+    const VEC zero = F(set)(0.0f);
+    EDGES e;
+    e.az = a[2] - r->oz, e.bz = b[2] - r->oz, e.cz = c[2] - r->oz;
+    e.ax = (a[0] - r->ox) - r->sx * e.az, e.ay = (a[1] - r->oy) - r->sy * e.az;
+    e.bx = (b[0] - r->ox) - r->sx * e.bz, e.by = (b[1] - r->oy) - r->sy * e.bz;
+    e.cx = (c[0] - r->ox) - r->sx * e.cz, e.cy = (c[1] - r->oy) - r->sy * e.cz;
+    e.uu = e.cx * e.by - e.cy * e.bx, e.vv = e.ax * e.cy - e.ay * e.cx, e.ww = e.bx * e.ay - e.by * e.ax;
+    const VEC lo = F(min)(F(min)(e.uu, e.vv), e.ww), hi = F(max)(F(max)(e.uu, e.vv), e.ww);
+    e.keep = lanes & ~M(bits)(M(and)(F(lt)(lo, zero), F(lt)(zero, hi)));
+    return e;
+}
+
+/* Of `lanes` those whose rays' lines may pass through the triangle: the others have no hit there. */
+RTI_VEC uint32_t INSIDE(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes)
+{
+    return SHEAR(r, a, b, c, lanes).keep;
+}
+
 /* a[0] x, a[1] y, a[2] z of vertex 0 in the ray's order of axes, likewise b, c; lanes: those that count. Returns hit | doubt. */
 RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes, RESULT *out)
 {
     const VEC zero = F(set)(0.0f);
-    VEC az = a[2] - r->oz, bz = b[2] - r->oz, cz = c[2] - r->oz;
-    VEC ax = (a[0] - r->ox) - r->sx * az, ay = (a[1] - r->oy) - r->sy * az;
-    VEC bx = (b[0] - r->ox) - r->sx * bz, by = (b[1] - r->oy) - r->sy * bz;
-    VEC cx = (c[0] - r->ox) - r->sx * cz, cy = (c[1] - r->oy) - r->sy * cz;
-    VEC uu = cx * by - cy * bx, vv = ax * cy - ay * cx, ww = bx * ay - by * ax;
-    VEC lo = F(min)(F(min)(uu, vv), ww), hi = F(max)(F(max)(uu, vv), ww);
-    uint32_t keep = lanes & ~M(bits)(M(and)(F(lt)(lo, zero), F(lt)(zero, hi)));
+    const EDGES s = SHEAR(r, a, b, c, lanes);
+    const VEC ax = s.ax, ay = s.ay, az = s.az, bx = s.bx, by = s.by, bz = s.bz, cx = s.cx, cy = s.cy, cz = s.cz;
+    const VEC uu = s.uu, vv = s.vv, ww = s.ww;
+    uint32_t keep = s.keep;
     if (__builtin_expect(keep == 0u, 1))
         return 0u;
     VEC det = uu + vv + ww;
@@ -77,3 +104,6 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
 #undef RAY
 #undef RESULT
 #undef TEST
+#undef INSIDE
+#undef EDGES
+#undef SHEAR

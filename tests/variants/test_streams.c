@@ -34,11 +34,11 @@ typedef struct kind {
     uint32_t mask; /* of the geometry; one that is not full keeps rays from the quickest ways */
     bool plane;
     uint32_t count, least, most; /* how many rays, and of how many there are to be hits */
-    bool crowded;                /* lists of the BVH's streams find no room */
+    bool crowded;                /* lists of the BVH's streams find no room where they are few */
     float shrink, length;        /* unless 0: origins, tmax and directions are so many times as large */
 } kind;
 
-enum way { ROOM, TURNS, ALONE, WAYS }; /* with a room, by turns in it, without one */
+enum way { ROOM, TURNS, NARROW, ALONE, WAYS }; /* with a room, by turns in it, with few lists, without one */
 
 static void fill(const kind *of, uint64_t seed)
 {
@@ -80,7 +80,7 @@ static void fill(const kind *of, uint64_t seed)
 
 static void ask(const rtk_scene *s, const rti_tracer *tracer, uint32_t count, enum way way, bool crowded, answers *a)
 {
-    rti_scratch scratch = {.room = way == ALONE ? NULL : test_room(), .turns = way == TURNS};
+    rti_scratch scratch = {.room = way == ALONE ? NULL : test_room(), .turns = way == TURNS, .narrow = way == NARROW};
     memset(a, 0x55, sizeof *a);
     tracer->intersect(s, rays, a->hits, count, 0, &scratch);
     if (crowded && scratch.stats.crowded == 0)
@@ -126,7 +126,7 @@ static void sweep(const rtk_scene *s, const kind *a)
             const enum way way = (enum way)(c % WAYS);
             if (tracer == judge || count > a->count || (way != ROOM && tracer->tree == RTK_TREE_OCTREE))
                 continue;
-            ask(s, tracer, count, way, a->crowded && way != ALONE && count == MOST && tracer->tree == RTK_TREE_BVH, &other);
+            ask(s, tracer, count, way, a->crowded && way == NARROW && count == MOST && tracer->tree == RTK_TREE_BVH, &other);
             compare(a->what, tracer->name, count);
         }
 }
