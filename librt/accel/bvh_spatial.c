@@ -36,16 +36,15 @@ static void add_point(rti_bvh_box *b, rti_f4 p)
     rti_bvh_extend(b, point);
 }
 
+static const rti_i4 along[3] = {{-1, 0, 0, 0}, {0, -1, 0, 0}, {0, 0, -1, 0}};
+
 /* The two halves of a box at pos, which lies in it. */
-static void cut_box(rti_bvh_box box, uint32_t axis, float pos, rti_bvh_box out[2])
+static inline void cut_box(rti_bvh_box box, uint32_t axis, float pos, rti_bvh_box out[2])
 {
-    float lo[4], hi[4];
-    rti_f4_store(lo, box.lo);
-    rti_f4_store(hi, box.hi);
-    lo[axis] = hi[axis] = pos;
+    const rti_f4 plane = rti_f4_set(pos);
     out[0].lo = box.lo;
-    out[0].hi = rti_f4_load(hi);
-    out[1].lo = rti_f4_load(lo);
+    out[0].hi = rti_f4_pick(along[axis], plane, box.hi);
+    out[1].lo = rti_f4_pick(along[axis], plane, box.lo);
     out[1].hi = box.hi;
 }
 
@@ -118,7 +117,8 @@ bool rti_bvh_spatial_begin(const rti_bvh *t, const rti_bvh_range *range, rti_bvh
     return true;
 }
 
-static void slice_box(const rti_bvh_split *s, rti_bvh_box box, uint32_t axis, int32_t first, int32_t end, rti_bvh_box *bins)
+static inline void slice_box(const rti_bvh_split *s, rti_bvh_box box, uint32_t axis, int32_t first, int32_t end,
+                             rti_bvh_box *bins)
 {
     rti_bvh_box half[2];
     for (int32_t k = first; k < end; k++) {
@@ -129,29 +129,24 @@ static void slice_box(const rti_bvh_split *s, rti_bvh_box box, uint32_t axis, in
     rti_bvh_extend(&bins[end], box);
 }
 
-/* A triangle's corners along an axis, ascending, and the ways between them. */
+/* A triangle's corners in order along an axis, and the ways between them. */
 typedef struct ladder {
     float at[3], by[3]; /* by: 1 / length along the axis; of the ways from 0 to 1, 1 to 2, 0 to 2 */
     rti_f4 corner[3], way[3];
 } ladder;
 
-static ladder ladder_of(const rtk_tri *tri, uint32_t axis)
+/* Which corner is lowest, and so on, by whether 1 is below 0, 2 below 1, 2 below 0: branches could not be foreseen. */
+static const uint8_t orders[8][3] = {{0, 1, 2}, {1, 0, 2}, {0, 2, 1}, {0, 1, 2}, {0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+
+static inline ladder ladder_of(const rtk_tri *tri, uint32_t axis)
 {
-    const float *v[3] = {tri->v0, tri->v1, tri->v2}, *swap;
+    const float *v[3] = {tri->v0, tri->v1, tri->v2};
+    const float x[3] = {v[0][axis], v[1][axis], v[2][axis]};
+    const uint8_t *order = orders[(x[1] < x[0] ? 1u : 0u) | (x[2] < x[1] ? 2u : 0u) | (x[2] < x[0] ? 4u : 0u)];
     ladder l;
-#define ORDER(i, j)                                                                                                              \
-    if (v[j][axis] < v[i][axis]) {                                                                                               \
-        swap = v[i];                                                                                                             \
-        v[i] = v[j];                                                                                                             \
-        v[j] = swap;                                                                                                             \
-    }
-    ORDER(0, 1)
-    ORDER(1, 2)
-    ORDER(0, 1)
-#undef ORDER
     for (int i = 0; i < 3; i++) {
-        l.at[i] = v[i][axis];
-        l.corner[i] = rti_f4_xyz(rti_f4_load(v[i]));
+        l.at[i] = v[order[i]][axis];
+        l.corner[i] = rti_f4_xyz(rti_f4_load(v[order[i]])); /* what follows a corner is in the record, too */
     }
     for (int i = 0; i < 3; i++) {
         const int from = i == 1, to = i == 0 ? 1 : 2;
@@ -161,69 +156,97 @@ static ladder ladder_of(const rtk_tri *tri, uint32_t axis)
     return l;
 }
 
-/* Around what a plane cuts out of the triangle: points of two ways; of one where it meets the middle corner, which is in the bin
- * below. */
+/* The point of a way where a plane meets it; an end of it where none does. */
+static inline rti_f4 at_plane(const ladder *l, int from, int way, float plane)
+{
+    const float t = rtk_min(rtk_max((plane - l->at[from]) * l->by[way], 0.0f), 1.0f);
+    return l->corner[from] + l->way[way] * rti_f4_set(t);
+}
+
+/* Around what a plane cuts out of the triangle: points of two ways, of which the longest is always one. */
 static inline rti_bvh_box rung(const ladder *l, float plane)
 {
-    rti_bvh_box box = rti_bvh_nothing();
-    if (plane > l->at[0] && plane < l->at[2]) {
-        const int upper = plane > l->at[1];
-        box.lo = box.hi = l->corner[0] + l->way[2] * ((plane - l->at[0]) * l->by[2]);
-        if (plane != l->at[1])
-            add_point(&box, l->corner[upper] + l->way[upper] * ((plane - l->at[upper]) * l->by[upper]));
-    }
-    return box;
+    const int upper = plane > l->at[1];
+    const rti_f4 p = at_plane(l, 0, 2, plane), q = at_plane(l, upper, upper, plane);
+    return (rti_bvh_box){rti_f4_min(p, q), rti_f4_max(p, q)};
 }
 
-/* The triangle's parts between the planes, inside the box: a corner falls into one bin, on a plane into that below, and what a
- * plane cuts out between corners is in both its bins. Only costs come of these boxes, so their rounding does not matter. */
-static void slice_triangle(const rti_bvh_split *s, const rtk_tri *tri, rti_bvh_box box, uint32_t axis, int32_t first, int32_t end,
-                           rti_bvh_box *bins)
+/* The middle corner joins where mask is all ones. */
+static inline void add_middle(rti_bvh_box *part, const ladder *l, rti_i4 mask)
+{
+    part->lo = rti_f4_min(rti_f4_pick(mask, l->corner[1], rti_f4_set(RTK_INF)), part->lo);
+    part->hi = rti_f4_max(rti_f4_pick(mask, l->corner[1], rti_f4_set(-RTK_INF)), part->hi);
+}
+
+static inline void put_part(rti_bvh_box part, rti_bvh_box box, rti_bvh_box *bin)
+{
+    part = meet(part, box);
+    if (is_box(part))
+        rti_bvh_extend(bin, part);
+}
+
+/* The triangle's parts between the planes, inside the box: the middle corner falls into one bin, on a plane into that below, and
+ * what a plane cuts out is in both its bins. Only costs come of these boxes, so their rounding does not matter. */
+static inline void slice_triangle(const rti_bvh_split *s, const rtk_tri *tri, const rti_ref *ref, uint32_t axis, int32_t first,
+                                  int32_t end, rti_bvh_box *bins)
 {
     const ladder l = ladder_of(tri, axis);
-    float lo[4], hi[4];
-    int corner = 0;
-    rti_f4_store(lo, box.lo);
-    rti_f4_store(hi, box.hi);
-    rti_bvh_box below = rung(&l, lo[axis]);
-    for (int32_t k = first; k <= end; k++) {
-        const float plane = k < end ? s->planes[axis][k + 1] : hi[axis];
+    const rti_bvh_box box = rti_bvh_ref_box(ref), low = {l.corner[0], l.corner[0]}, high = {l.corner[2], l.corner[2]};
+    const float lo = ref->lo[axis], hi = ref->hi[axis];
+    rti_bvh_box part = lo > l.at[0] ? rung(&l, lo) : low;
+    int32_t open = -(int32_t)(l.at[1] >= lo);
+    for (int32_t k = first; k < end; k++) {
+        const float plane = s->planes[axis][k + 1];
         const rti_bvh_box above = rung(&l, plane);
-        rti_bvh_box part = below;
+        const int32_t now = open & -(int32_t)(l.at[1] <= plane);
         rti_bvh_extend(&part, above);
-        for (; corner < 3 && (k == end || l.at[corner] <= plane); corner++)
-            if (l.at[corner] >= lo[axis] && l.at[corner] <= hi[axis])
-                add_point(&part, l.corner[corner]);
-        part = meet(part, box);
-        if (is_box(part))
-            rti_bvh_extend(&bins[k], part);
-        below = above;
+        add_middle(&part, &l, rti_i4_set(now));
+        open &= ~now;
+        put_part(part, box, &bins[k]);
+        part = above;
     }
+    rti_bvh_extend(&part, hi < l.at[2] ? rung(&l, hi) : high);
+    add_middle(&part, &l, rti_i4_set(open & -(int32_t)(l.at[1] <= hi)));
+    put_part(part, box, &bins[end]);
 }
 
-void rti_bvh_spatial_bin(const rti_bvh *t, const rti_bvh_split *s, const rti_ref *refs, uint32_t count, rti_bvh_space_bins *bins)
+static void space_clear(rti_bvh_space_bins *bins)
 {
-    float last = (float)(s->space_bins - 1);
     for (uint32_t a = 0; a < 3; a++)
         for (uint32_t k = 0; k < RTI_BVH_BINS; k++) {
             bins->box[a][k] = rti_bvh_nothing();
             bins->enter[a][k] = bins->leave[a][k] = 0;
         }
+}
+
+static inline void space_put(const rti_bvh *t, const rti_bvh_split *s, const rti_ref *ref, float last, rti_bvh_space_bins *bins)
+{
+    const rti_bvh_box box = rti_bvh_ref_box(ref);
+    int32_t first[4], end[4];
+    bins_of(s, box.lo, last, first);
+    bins_of(s, box.hi, last, end);
+    for (uint32_t a = 0; a < 3; a++) {
+        bins->enter[a][first[a]]++;
+        bins->leave[a][end[a]]++;
+        if (first[a] == end[a])
+            rti_bvh_extend(&bins->box[a][first[a]], box);
+        else if (ref->prim < t->b->in->tri_count)
+            slice_triangle(s, &t->b->in->tris[ref->prim], ref, a, first[a], end[a], bins->box[a]);
+        else
+            slice_box(s, box, a, first[a], end[a], bins->box[a]);
+    }
+}
+
+#define AHEAD 8u
+
+void rti_bvh_spatial_bin(const rti_bvh *t, const rti_bvh_split *s, const rti_ref *refs, uint32_t count, rti_bvh_space_bins *bins)
+{
+    const float last = (float)(s->space_bins - 1);
+    space_clear(bins);
     for (uint32_t i = 0; i < count; i++) {
-        rti_bvh_box box = rti_bvh_ref_box(&refs[i]);
-        int32_t first[4], end[4];
-        bins_of(s, box.lo, last, first);
-        bins_of(s, box.hi, last, end);
-        for (uint32_t a = 0; a < 3; a++) {
-            bins->enter[a][first[a]]++;
-            bins->leave[a][end[a]]++;
-            if (first[a] == end[a])
-                rti_bvh_extend(&bins->box[a][first[a]], box);
-            else if (refs[i].prim < t->b->in->tri_count)
-                slice_triangle(s, &t->b->in->tris[refs[i].prim], box, a, first[a], end[a], bins->box[a]);
-            else
-                slice_box(s, box, a, first[a], end[a], bins->box[a]);
-        }
+        if (i + AHEAD < count && refs[i + AHEAD].prim < t->b->in->tri_count) /* triangles stand anywhere */
+            __builtin_prefetch(&t->b->in->tris[refs[i + AHEAD].prim]);
+        space_put(t, s, &refs[i], last, bins);
     }
 }
 
