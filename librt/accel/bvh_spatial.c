@@ -210,6 +210,15 @@ static inline void slice_triangle(const rti_bvh_split *s, const rtk_tri *tri, co
     put_part(part, box, &bins[end]);
 }
 
+/* Whether a triangle's box is sliced in its place, which takes far less time: where it goes on for a few bins along the axis, or
+ * is thin across. What the parts are too large by is then small, too. spans: bins that it goes on for, along the axis and across.
+ */
+static inline bool slices_box(const rti_bvh_split *s, const int32_t spans[3])
+{
+    const int32_t some = (int32_t)s->space_bins / 4, few = (int32_t)s->space_bins / 8;
+    return spans[0] <= some || (spans[1] <= few && spans[2] <= few);
+}
+
 static void space_clear(rti_bvh_space_bins *bins)
 {
     for (uint32_t a = 0; a < 3; a++)
@@ -222,18 +231,22 @@ static void space_clear(rti_bvh_space_bins *bins)
 static inline void space_put(const rti_bvh *t, const rti_bvh_split *s, const rti_ref *ref, float last, rti_bvh_space_bins *bins)
 {
     const rti_bvh_box box = rti_bvh_ref_box(ref);
-    int32_t first[4], end[4];
+    int32_t first[4], end[4], spans[5]; /* of x, y, z, x, y */
     bins_of(s, box.lo, last, first);
     bins_of(s, box.hi, last, end);
+    for (uint32_t a = 0; a < 3; a++)
+        spans[a] = end[a] - first[a];
+    spans[3] = spans[0];
+    spans[4] = spans[1];
     for (uint32_t a = 0; a < 3; a++) {
         bins->enter[a][first[a]]++;
         bins->leave[a][end[a]]++;
-        if (first[a] == end[a])
+        if (spans[a] == 0)
             rti_bvh_extend(&bins->box[a][first[a]], box);
-        else if (ref->prim < t->b->in->tri_count)
-            slice_triangle(s, &t->b->in->tris[ref->prim], ref, a, first[a], end[a], bins->box[a]);
-        else
+        else if (slices_box(s, spans + a) || ref->prim >= t->b->in->tri_count)
             slice_box(s, box, a, first[a], end[a], bins->box[a]);
+        else
+            slice_triangle(s, &t->b->in->tris[ref->prim], ref, a, first[a], end[a], bins->box[a]);
     }
 }
 
