@@ -242,6 +242,39 @@ static void test_hard_soups(void **state)
     rt_context_destroy(ctx);
 }
 
+/* Spatial splits halve the cost where slivers lie across small triangles, if planes are chosen by what they cut out of them, and
+ * leave a mesh of small triangles as it is. */
+static void test_spatial(void **state)
+{
+    rt_context *ctx = context(1);
+    test_mesh m[2] = {{0}, {0}};
+    rtk_tree_header h[2];
+    test_rng r = {13};
+    (void)state;
+    test_mesh_globe(&m[0], 100);
+    test_mesh_soup(&m[1], 20000, 0.02f, 42);
+    for (int i = 0; i < 200; i++) {
+        float v[3][3];
+        for (int k = 0; k < 3; k++) {
+            v[0][k] = test_range(&r, -1, 1);
+            v[1][k] = test_range(&r, -1, 1);
+            v[2][k] = v[1][k] + test_range(&r, -0.02f, 0.02f);
+        }
+        test_mesh_add(&m[1], v[0], v[1], v[2]);
+    }
+    for (int i = 0; i < 2; i++) {
+        rti_build_input in = test_input(&m[i]);
+        for (int k = 0; k < 2; k++)
+            h[k] = build(ctx, &in, &(rti_build_settings){.builder = k == 0 ? RTI_BUILD_BVH : RTI_BUILD_BVH_SPATIAL});
+        if (i == 0)
+            assert_true(h[1].ref_count - h[1].filler_count <= 1.005 * m[i].count && h[1].sah_cost < 1.005f * h[0].sah_cost);
+        else
+            assert_true(h[1].sah_cost < 0.42f * h[0].sah_cost);
+        test_mesh_free(&m[i]);
+    }
+    rt_context_destroy(ctx);
+}
+
 /* What the BVH builders take, in bytes a triangle: of a mesh, and of the worst there is, a soup so sparse that every triangle is
  * far from every other (leaves of two and three of four places, for none wants company). */
 static const struct {
@@ -537,19 +570,13 @@ static void test_cancel(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_bytes),
-        cmocka_unit_test(test_small),
-        cmocka_unit_test(test_lists),
-        cmocka_unit_test(test_copies),
-        cmocka_unit_test(test_hard_soups),
-        cmocka_unit_test(test_kept),
-        cmocka_unit_test(test_ten_million),
-        cmocka_unit_test(test_degenerate),
-        cmocka_unit_test(test_flat),
-        cmocka_unit_test(test_sizes),
-        cmocka_unit_test(test_settings),
-        cmocka_unit_test(test_binned_cost),
-        cmocka_unit_test(test_allocation_failure),
+        cmocka_unit_test(test_same_bytes),  cmocka_unit_test(test_small),
+        cmocka_unit_test(test_lists),       cmocka_unit_test(test_copies),
+        cmocka_unit_test(test_hard_soups),  cmocka_unit_test(test_spatial),
+        cmocka_unit_test(test_kept),        cmocka_unit_test(test_ten_million),
+        cmocka_unit_test(test_degenerate),  cmocka_unit_test(test_flat),
+        cmocka_unit_test(test_sizes),       cmocka_unit_test(test_settings),
+        cmocka_unit_test(test_binned_cost), cmocka_unit_test(test_allocation_failure),
         cmocka_unit_test(test_cancel),
     };
 #ifdef __SANITIZE_THREAD__
