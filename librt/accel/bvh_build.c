@@ -9,7 +9,7 @@
 
 #include "bvh_build.h"
 
-#define PIECE 8192u
+#define PIECE 4096u
 
 typedef struct piece {
     uint32_t range, begin, count;
@@ -27,6 +27,7 @@ typedef struct build {
     rti_bvh_space_bins *space; /* of the pieces, when splits may be spatial */
     uint32_t piece_count;
     uint32_t *first_piece; /* of each open range, and one more */
+    atomic_uint *undone;   /* pieces of each open range that the loop over them has not done */
     uint32_t part_limit;
     size_t top_capacity;
 } build;
@@ -287,49 +288,24 @@ static void part_task(void *data, uint32_t index)
 /* ---- large ranges, level by level
  * ----------------------------------------------------------------------------------------------- */
 
-static void bin_task(void *data, uint32_t index)
+static void choose(build *job, uint32_t index)
 {
-    build *job = data;
-    piece *p = &job->pieces[index];
-    const rti_bvh_range *r = &job->open[p->range];
-    if (!rti_cancelled(job->t.b->cancel))
-        rti_bvh_bin(&job->splits[p->range], job->t.refs[r->buffer] + p->begin, p->count, &p->bins);
-}
-
-static void choose_task(void *data, uint32_t index)
-{
-    build *job = data;
     rti_bvh_split *s = &job->splits[index];
     uint32_t first = job->first_piece[index];
-    rti_bvh_bins bins;
-    if (rti_cancelled(job->t.b->cancel))
-        return;
-    bins = job->pieces[first].bins;
+    rti_bvh_bins bins = job->pieces[first].bins;
     for (uint32_t i = first + 1; i < job->first_piece[index + 1]; i++)
         rti_bvh_bins_add(s, &bins, &job->pieces[i].bins);
     rti_bvh_split_find(&job->t, &bins, s);
     s->wants_space = job->t.spatial && rti_bvh_spatial_begin(&job->t, &job->open[index], s);
 }
 
-static void space_task(void *data, uint32_t index)
-{
-    build *job = data;
-    piece *p = &job->pieces[index];
-    const rti_bvh_split *s = &job->splits[p->range];
-    if (s->wants_space && !rti_cancelled(job->t.b->cancel))
-        rti_bvh_spatial_bin(&job->t, s, job->t.refs[job->open[p->range].buffer] + p->begin, p->count, &job->space[index]);
-}
-
 /* Takes a spatial split where that is cheaper, and says where each piece's references go. */
-static void place_task(void *data, uint32_t index)
+static void place(build *job, uint32_t index)
 {
-    build *job = data;
     rti_bvh_split *s = &job->splits[index];
     const rti_bvh_range *r = &job->open[index];
     uint32_t first = job->first_piece[index], end = job->first_piece[index + 1];
     uint32_t left = r->room_begin, right = r->room_end;
-    if (rti_cancelled(job->t.b->cancel))
-        return;
     if (s->wants_space) {
         rti_bvh_space_bins space = job->space[first];
         for (uint32_t i = first + 1; i < end; i++)
@@ -353,6 +329,42 @@ static void place_task(void *data, uint32_t index)
         left += lefts;
         right -= rights;
     }
+}
+
+/* Whether this piece of a range is the last to be done: who did it goes on with the range. */
+static bool is_last(build *job, uint32_t range)
+{
+    return atomic_fetch_sub(&job->undone[range], 1) == 1 && !rti_cancelled(job->t.b->cancel);
+}
+
+static void bin_task(void *data, uint32_t index)
+{
+    build *job = data;
+    piece *p = &job->pieces[index];
+    const rti_bvh_range *r = &job->open[p->range];
+    if (rti_cancelled(job->t.b->cancel))
+        return;
+    rti_bvh_bin(&job->splits[p->range], job->t.refs[r->buffer] + p->begin, p->count, &p->bins);
+    if (!is_last(job, p->range))
+        return;
+    choose(job, p->range);
+    if (job->t.spatial)
+        atomic_store(&job->undone[p->range], job->first_piece[p->range + 1] - job->first_piece[p->range]);
+    else
+        place(job, p->range);
+}
+
+static void space_task(void *data, uint32_t index)
+{
+    build *job = data;
+    piece *p = &job->pieces[index];
+    const rti_bvh_split *s = &job->splits[p->range];
+    if (rti_cancelled(job->t.b->cancel))
+        return;
+    if (s->wants_space)
+        rti_bvh_spatial_bin(&job->t, s, job->t.refs[job->open[p->range].buffer] + p->begin, p->count, &job->space[index]);
+    if (is_last(job, p->range))
+        place(job, p->range);
 }
 
 static void scatter_task(void *data, uint32_t index)
@@ -425,6 +437,7 @@ static void cut_pieces(build *job)
             p->begin = r->begin + at;
             p->count = r->count - at < PIECE ? r->count - at : PIECE;
         }
+        atomic_init(&job->undone[i], n - job->first_piece[i]);
     }
     job->first_piece[job->open_count] = n;
 }
@@ -447,14 +460,13 @@ static rt_status build_level(build *job)
     job->splits = rti_alloc_array(ctx, job->open_count, sizeof *job->splits);
     job->pieces = rti_alloc_array(ctx, job->piece_count, sizeof *job->pieces);
     job->first_piece = rti_alloc_array(ctx, job->open_count + 1, sizeof *job->first_piece);
+    job->undone = rti_alloc_array(ctx, job->open_count, sizeof *job->undone);
     job->space = job->t.spatial ? rti_alloc_array(ctx, job->piece_count, sizeof *job->space) : NULL;
-    if (job->splits && job->pieces && job->first_piece && (job->space || !job->t.spatial)) {
+    if (job->splits && job->pieces && job->first_piece && job->undone && (job->space || !job->t.spatial)) {
         cut_pieces(job);
         rti_parallel(ctx, job->piece_count, bin_task, job);
-        rti_parallel(ctx, (uint32_t)job->open_count, choose_task, job);
         if (job->t.spatial)
             rti_parallel(ctx, job->piece_count, space_task, job);
-        rti_parallel(ctx, (uint32_t)job->open_count, place_task, job);
         rti_parallel(ctx, job->piece_count, scatter_task, job);
         status = rti_cancelled(job->t.b->cancel) ? RT_ERROR_CANCELLED : RT_OK;
     }
@@ -463,6 +475,7 @@ static rt_status build_level(build *job)
     rti_free(ctx, job->splits, job->open_count * sizeof *job->splits);
     rti_free(ctx, job->pieces, job->piece_count * sizeof *job->pieces);
     rti_free(ctx, job->first_piece, (job->open_count + 1) * sizeof *job->first_piece);
+    rti_free(ctx, job->undone, job->open_count * sizeof *job->undone);
     rti_free(ctx, job->space, job->piece_count * sizeof *job->space);
     return status;
 }
