@@ -1,6 +1,9 @@
 /* The context's threads. A parallel loop is a record on its caller's stack, listed in the pool while it has indices left; the
  * caller takes indices like everyone else, so a loop inside a loop cannot deadlock: whoever waits has no index of its own left to
- * run. */
+ * run.
+ *
+ * Waking a thread takes longer than many a loop of a builder, which has thirty of them in a row: so who has nothing to do looks
+ * out for a while before it sleeps. */
 #include <string.h>
 
 #if defined(__x86_64__) || defined(__i386__)
@@ -13,7 +16,8 @@ typedef struct loop {
     struct loop *next, *prev;
     void (*task)(void *data, uint32_t index);
     void *data;
-    uint32_t count, taken, done; /* under the pool's lock */
+    uint32_t count, taken; /* under the pool's lock */
+    atomic_uint done;      /* is added to under it, too */
 } loop;
 
 struct rti_pool {
@@ -22,7 +26,9 @@ struct rti_pool {
     pthread_cond_t done; /* some loop's last index has returned */
     loop *first;
     bool ending;
+    atomic_uint listed; /* loops, so far; is added to under the lock */
     uint32_t thread_count, capacity;
+    uint32_t patience; /* how often a thread looks before it sleeps */
     pthread_t threads[];
 };
 
@@ -76,6 +82,26 @@ void rti_fp_leave(rti_fpenv env)
 }
 #endif
 
+#define PATIENCE 1000u /* 15 to 50 microseconds */
+
+static inline void breathe(void)
+{
+#if defined(__x86_64__) || defined(__i386__)
+    _mm_pause();
+#elif defined(__aarch64__)
+    __asm__ volatile("yield");
+#endif
+}
+
+/* Waits a while, without the lock, which is held before and after, for *news to be another number than `seen`. */
+static void look_out(rti_pool *pool, atomic_uint *news, uint32_t seen)
+{
+    pthread_mutex_unlock(&pool->lock);
+    for (uint32_t i = 0; i < pool->patience && atomic_load_explicit(news, memory_order_relaxed) == seen; i++)
+        breathe();
+    pthread_mutex_lock(&pool->lock);
+}
+
 static void unlist(rti_pool *pool, loop *l)
 {
     if (l->prev)
@@ -95,7 +121,7 @@ static void run_one(rti_pool *pool, loop *l)
     pthread_mutex_unlock(&pool->lock);
     l->task(l->data, index);
     pthread_mutex_lock(&pool->lock);
-    if (++l->done == l->count)
+    if (atomic_fetch_add(&l->done, 1) + 1 == l->count)
         pthread_cond_broadcast(&pool->done);
 }
 
@@ -104,12 +130,14 @@ static void *pool_thread(void *arg)
     rti_pool *pool = arg;
     rti_fp_enter();
     pthread_mutex_lock(&pool->lock);
-    for (;;) {
-        if (pool->first)
+    while (pool->first || !pool->ending) {
+        uint32_t seen = atomic_load(&pool->listed);
+        if (pool->first) {
             run_one(pool, pool->first);
-        else if (pool->ending)
-            break;
-        else
+            continue;
+        }
+        look_out(pool, &pool->listed, seen);
+        if (atomic_load(&pool->listed) == seen && !pool->ending)
             pthread_cond_wait(&pool->work, &pool->lock);
     }
     pthread_mutex_unlock(&pool->lock);
@@ -123,6 +151,8 @@ static rti_pool *pool_create(rt_context *ctx)
     if (!pool)
         return NULL;
     pool->capacity = capacity;
+    pool->patience =
+        ctx->workers <= rt_cpu_count() ? PATIENCE : 0; /* else it would look out on a CPU that another thread wants */
     pthread_mutex_init(&pool->lock, NULL);
     pthread_cond_init(&pool->work, NULL);
     pthread_cond_init(&pool->done, NULL);
@@ -198,11 +228,15 @@ void rti_parallel(rt_context *ctx, uint32_t count, void (*task)(void *data, uint
     if (l.next)
         l.next->prev = &l;
     pool->first = &l;
+    atomic_fetch_add(&pool->listed, 1);
     pthread_cond_broadcast(&pool->work);
     while (l.taken < l.count)
         run_one(pool, &l);
-    while (l.done < l.count)
-        pthread_cond_wait(&pool->done, &pool->lock);
+    for (uint32_t done; (done = atomic_load(&l.done)) < l.count;) {
+        look_out(pool, &l.done, done);
+        if (atomic_load(&l.done) == done)
+            pthread_cond_wait(&pool->done, &pool->lock);
+    }
     pthread_mutex_unlock(&pool->lock);
 }
 
