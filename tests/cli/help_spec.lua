@@ -41,7 +41,7 @@ describe("help", function()
   it("prints the version", function()
     local r = rtray { "--version" }
     assert.equal(0, r.status)
-    assert.truthy(r.out:find "^rtray %d+%.%d+%.%d+ %(%w+%)\n$")
+    assert.truthy(r.out:find "^rtray %d+%.%d+%.%d+ %([%w_]+%)\n$")
   end)
 
   it("is manual pages too, one for the program and one for each command", function()
