@@ -11,6 +11,7 @@
  *   rti_fN_select(m, a, b)                            m ? a : b
  *   rti_mN_and(a, b)  _or(a, b)  _andnot(a, b)        a and not b
  *   rti_mN_bits(m)  _of(bits)                         lane i is bit i
+ *   rti_f8_two(p, q)                                  p[0] to p[3] and q[0] to q[3], where there is rti_f8
  *   rti_f4_turn(a, b)                                 b[i] has lane i of a[0] to a[3]
  *
  * Where RTI_PACK is defined (AVX-512), of lanes chosen by bits, too:

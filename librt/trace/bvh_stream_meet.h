@@ -13,29 +13,51 @@ RTI_VEC rtk_u32 stream_own(rtk_u32 k, rtk_u32 at, rtk_u32 count)
     return (1u << end) - (1u << first);
 }
 
-/* Triangles for one ray. */
+#if RTI_SIMD >= 8
+#define one_n    8u
+#define one_vec  rti_f8
+#define one_ray  rti_tri_ray8
+#define one_hit  rti_tri_hit8
+#define one_test rti_tri8
+#define ONE(op)  rti_f8_##op
+#define ONE_ROW(v, axis) rti_f8_two(b->v[axis], c->v[axis])
+#else
+#define one_n    4u
+#define one_vec  rti_f4
+#define one_ray  rti_tri_ray4
+#define one_hit  rti_tri_hit4
+#define one_test rti_tri4
+#define ONE(op)  rti_f4_##op
+#define ONE_ROW(v, axis) rti_f4_load(b->v[axis])
+#endif
+
+/* Triangles for one ray, two blocks at a time where vectors hold them. */
 RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 l, rtk_u32 at, rtk_u32 count)
 {
     const rtk_u32 kz = (rtk_u32)s->kind[l], kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
     const rtk_u32 end = (at + count + 3u) / 4u;
     const stream_tri *o = &s->tri[l];
-    const rti_tri_ray4 r = {rti_f4_set(o->ox), rti_f4_set(o->oy),         rti_f4_set(o->oz),   rti_f4_set(o->sx),
-                            rti_f4_set(o->sy), rti_f4_set(o->kdz),        rti_f4_set(o->tmin), rti_f4_set(o->tmax),
-                            rti_f4_set(0.0f),  rti_f4_set(a->part->scale)};
-    for (rtk_u32 k = at / 4u; k < end; k++) {
+    const one_ray r = {ONE(set)(o->ox), ONE(set)(o->oy),   ONE(set)(o->oz),   ONE(set)(o->sx), ONE(set)(o->sy),
+                       ONE(set)(o->kdz), ONE(set)(o->tmin), ONE(set)(o->tmax), ONE(set)(0.0f),  ONE(set)(a->part->scale)};
+    for (rtk_u32 k = at / 4u; k < end; k += one_n / 4u) {
         const rtk_bvhblock *b = &a->tree.blocks[k];
-        const rti_f4 p0[3] = {rti_f4_load(b->v0[kx]), rti_f4_load(b->v0[ky]), rti_f4_load(b->v0[kz])};
-        const rti_f4 p1[3] = {rti_f4_load(b->v1[kx]), rti_f4_load(b->v1[ky]), rti_f4_load(b->v1[kz])};
-        const rti_f4 p2[3] = {rti_f4_load(b->v2[kx]), rti_f4_load(b->v2[ky]), rti_f4_load(b->v2[kz])};
-        rti_tri_hit4 hit;
-        float t[4], u[4], v[4], off[4];
-        rtk_u32 bits = rti_tri4(&r, p0, p1, p2, stream_own(k, at, count), &hit);
+        rtk_u32 want = stream_own(k, at, count);
+#if RTI_SIMD >= 8
+        const rtk_bvhblock *c = k + 1u < end ? b + 1 : b;
+        want |= k + 1u < end ? stream_own(k + 1u, at, count) << 4 : 0u;
+#endif
+        const one_vec p0[3] = {ONE_ROW(v0, kx), ONE_ROW(v0, ky), ONE_ROW(v0, kz)};
+        const one_vec p1[3] = {ONE_ROW(v1, kx), ONE_ROW(v1, ky), ONE_ROW(v1, kz)};
+        const one_vec p2[3] = {ONE_ROW(v2, kx), ONE_ROW(v2, ky), ONE_ROW(v2, kz)};
+        one_hit hit;
+        float t[one_n], u[one_n], v[one_n], off[one_n];
+        rtk_u32 bits = one_test(&r, p0, p1, p2, want, &hit);
         if (bits == 0u)
             continue;
-        rti_f4_store(t, hit.t);
-        rti_f4_store(u, hit.u);
-        rti_f4_store(v, hit.v);
-        rti_f4_store(off, hit.off);
+        ONE(store)(t, hit.t);
+        ONE(store)(u, hit.u);
+        ONE(store)(v, hit.v);
+        ONE(store)(off, hit.off);
         for (; bits != 0u; bits &= bits - 1u) {
             const rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
             stream_met(a, s, l, mode, 4u * k + i, hit.doubt, hit.certain, t, u, v, off, i);
@@ -132,7 +154,7 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
 
 #define STREAM_SINGLY 4   /* hits of sixteen rays with a triangle up to which they are taken one by one */
 #define STREAM_SOME   16u /* triangles that are looked at together */
-#define STREAM_MANY   8u  /* rays of a leaf from which on sixteen of them meet a triangle */
+#define STREAM_MANY   6u  /* rays of a leaf from which on sixteen of them meet a triangle */
 
 /* Sixteen rays, of which those of `want` count, and the triangle at a place: hit, doubt and certain of *hit. */
 RTI_VEC rtk_u32 stream_many_test(const streams *a, const tri_ray *r, const rti_i16 rows[3], rtk_u32 place, rtk_u32 want,

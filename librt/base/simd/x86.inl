@@ -117,6 +117,12 @@ RTI_VEC VEC F(select)(MASK m, VEC a, VEC b)
 #undef F
 #undef M
 #undef VEC
+#if RTI_N == 8
+RTI_VEC rti_f8 rti_f8_two(const float *p, const float *q)
+{
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p)), _mm_loadu_ps(q), 1);
+}
+#endif
 #undef MASK
 #undef RTI_N
 #undef VECTOR
