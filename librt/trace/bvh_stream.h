@@ -267,27 +267,47 @@ RTI_VEC void stream_met(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rt
 
 /* ---- the end ---- */
 
-/* Of n rays, no more than vectors hold, the hits that were put aside. */
-static void stream_decide(const streams *a, stream *s, const rtk_u32 *lane, rtk_u32 n)
+/* Fields of stream_tri of n rays, no more than vectors hold; lanes behind them hold anything. */
+RTI_VEC void stream_shears(const stream *s, const uint16_t *ids, rtk_u32 n, vec out[8])
 {
-    float x[19][RTI_SIMD] = {{0.0f}};
-    vec r[19];
-    tri_hit hit;
+#ifdef RTI_PACK
+    uint16_t all[16];
+    for (rtk_u32 i = 0u; i < 16u; i++)
+        all[i] = ids[rtk_umin(i, n - 1u)];
+    rti_f16_records(&s->tri[0].ox, all, out);
+#else
+    float x[8][RTI_SIMD] = {{0.0f}};
     for (rtk_u32 i = 0u; i < n; i++) {
-        const rtk_u32 l = lane[i], place = s->hit[l].late, j = place % 4u, k = s->number[l] % RTK_BLOCK;
-        const rtk_u32 kz = (rtk_u32)s->kind[l], kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
-        const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
-        const stream_tri *o = &s->tri[l];
-        const rtk_trace_block *from = &a->blocks[s->number[l] / RTK_BLOCK];
-        const float dir[3] = {from->dx[k], from->dy[k], from->dz[k]};
-        const float of[19] = {o->ox,        o->oy,        o->oz,        o->sx,        o->sy,        o->kdz,       o->tmin,
-                              o->tmax,      dir[kx],      dir[ky],      b->v0[kx][j], b->v0[ky][j], b->v0[kz][j], b->v1[kx][j],
-                              b->v1[ky][j], b->v1[kz][j], b->v2[kx][j], b->v2[ky][j], b->v2[kz][j]};
-        for (rtk_u32 m = 0u; m < 19u; m++)
+        const stream_tri *o = &s->tri[ids[i]];
+        const float of[8] = {o->ox, o->oy, o->oz, o->sx, o->sy, o->kdz, o->tmin, o->tmax};
+        for (rtk_u32 m = 0u; m < 8u; m++)
             x[m][i] = of[m];
     }
-    for (rtk_u32 k = 0u; k < 19u; k++)
-        r[k] = V(load)(x[k]);
+    for (rtk_u32 k = 0u; k < 8u; k++)
+        out[k] = V(load)(x[k]);
+#endif
+}
+
+/* Of n rays, no more than vectors hold, the hits that were put aside. */
+static void stream_decide(const streams *a, stream *s, const uint16_t *ids, rtk_u32 n)
+{
+    float x[11][RTI_SIMD] = {{0.0f}};
+    vec r[19];
+    tri_hit hit;
+    stream_shears(s, ids, n, r);
+    for (rtk_u32 i = 0u; i < n; i++) {
+        const rtk_u32 l = ids[i], place = s->hit[l].late, j = place % 4u, k = s->number[l] % RTK_BLOCK;
+        const rtk_u32 kz = (rtk_u32)s->kind[l], kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
+        const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
+        const rtk_trace_block *from = &a->blocks[s->number[l] / RTK_BLOCK];
+        const float dir[3] = {from->dx[k], from->dy[k], from->dz[k]};
+        const float of[11] = {dir[kx],      dir[ky],      b->v0[kx][j], b->v0[ky][j], b->v0[kz][j], b->v1[kx][j],
+                              b->v1[ky][j], b->v1[kz][j], b->v2[kx][j], b->v2[ky][j], b->v2[kz][j]};
+        for (rtk_u32 m = 0u; m < 11u; m++)
+            x[m][i] = of[m];
+    }
+    for (rtk_u32 k = 0u; k < 11u; k++)
+        r[8u + k] = V(load)(x[k]);
     const tri_ray ray = {r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], V(set)(0.0f), V(set)(a->part->scale)};
     hit.hit = 0u;
     hit.t = hit.u = hit.v = V(set)(0.0f);
@@ -296,7 +316,7 @@ static void stream_decide(const streams *a, stream *s, const rtk_u32 *lane, rtk_
     V(store)(x[1], hit.u);
     V(store)(x[2], hit.v);
     for (rtk_u32 i = 0u; i < n; i++) {
-        const rtk_u32 l = lane[i];
+        const rtk_u32 l = ids[i];
         if (hit.hit >> i & 1u) {
             s->hit[l].t = x[0][i];
             stream_ends(s, l, x[0][i]);
@@ -313,18 +333,13 @@ static void stream_decide(const streams *a, stream *s, const rtk_u32 *lane, rtk_
 RTI_VEC void stream_end(streams *a, stream *s)
 {
     const rtk_group *g = a->scene->groups;
-    rtk_u32 lane[RTI_SIMD], n = 0u, aside = 0u, first = 0u, count = 0u, geom = 0u;
+    rtk_u32 n = 0u, first = 0u, count = 0u, geom = 0u;
     for (rtk_u32 i = 0u; i < s->n; i++) {
         a->now[n] = (uint16_t)i;
         n += (rtk_u32)(s->hit[i].late != RTK_INVALID) & (rtk_u32)(s->hit[i].t < s->ray[i].t1);
     }
-    for (rtk_u32 i = 0u; i < n; i++) {
-        lane[aside++] = a->now[i];
-        if (aside == RTI_SIMD || i + 1u == n) {
-            stream_decide(a, s, lane, aside);
-            aside = 0u;
-        }
-    }
+    for (rtk_u32 i = 0u; i < n; i += RTI_SIMD)
+        stream_decide(a, s, a->now + i, rtk_umin(n - i, RTI_SIMD));
     n = 0u;
     for (rtk_u32 i = 0u; i < s->n; i++) {
         a->now[n] = (uint16_t)i;
