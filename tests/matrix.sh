@@ -128,7 +128,7 @@ lint() {
 
 # What is left out where it would be shown twice. Clang: the program, the collector's stress, threads and files are Lua and GCC's; real
 # meshes are the release's. Bare: one set of kernels, for all are the release's. Sanitizers: one instruction set beside generic where
-# memory counts, none where threads and readers do; of the program, what more than its Lua does.
+# memory counts, or two, none where threads and readers do; of the program, what more than its Lua does.
 seconds=3
 release_less='\.gc$' # under the address sanitizer, where it tells more
 clang_less='^cli\.|^unit\.(base|checkpoint)$|\.gc$|\.generational$|^lua\.alloc$|^variants\.tracers(\.sse42)?$|^hash\.sse42$'
@@ -139,6 +139,7 @@ asan_isas=AUTO
 few_isas=NONE
 slow='slow|source'
 case $(uname -m) in x86_64 | amd64) asan_isas=avx2 ;; esac
+if grep -q avx512_vbmi2 /proc/cpuinfo 2>/dev/null; then asan_isas='avx2;avx512_vbmi2'; fi # dense lists of rays are its
 if [ "$FULL" != 0 ]; then
     seconds=120
     release_less='^$'

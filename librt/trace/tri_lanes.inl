@@ -86,7 +86,7 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
         off = off + F(set)(CERTAIN_OFF_LEAST);
         good = M(and)(F(le)(q, F(set)(CERTAIN_Q)), F(le)(F(set)(CERTAIN_DET), F(abs)(det)));
         good = M(andnot)(M(and)(good, M(and)(F(lt)(r->tmin, th - off), F(lt)(th + off, r->tmax))), edge);
-        out->certain = doubt & M(bits)(good);
+        out->certain = doubt & M(bits)(good); /* no NaN: th is compared; who keeps hits by vectors relies on that */
         out->off = off;
     }
     out->hit = sure & M(bits)(M(and)(F(lt)(r->tmin, th), F(lt)(th, r->tmax)));
