@@ -44,21 +44,17 @@ RTI_VEC rtk_u32 stream_still_dense(streams *a, const stream *s, const uint16_t *
 RTI_VEC void stream_open_dense(streams *a, const stream *s, rtk_u32 mode, rtk_u32 octant, const rtk_bvhnode *n,
                                const uint16_t *list, rtk_u32 size, float least[RTK_BVH_WIDTH])
 {
-    const rtk_u32 x = octant & 1u, y = octant >> 1 & 1u, z = octant >> 2 & 1u;
-    const float *const near[3] = {n->box[0][x], n->box[1][y], n->box[2][z]};
-    const float *const far[3] = {n->box[0][1u - x], n->box[1][1u - y], n->box[2][1u - z]};
+    const stream_planes planes = stream_planes_of(n, octant);
     vec low[RTK_BVH_WIDTH];
-    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
-        low[i] = V(set)(mode & RTK_MODE_ANY ? STREAM_FRONT : RTK_INF);
+    stream_lows_begin(mode, low);
     for (rtk_u32 k = 0u; k < size; k++) {
         const float(*f)[16] = (const float(*)[16])s->wide[list[k]];
         const rtk_u32 of = list[size + k];
         const vec r[8] = {V(load)(f[0]), V(load)(f[1]), V(load)(f[2]), V(load)(f[3]),
                           V(load)(f[4]), V(load)(f[5]), V(load)(f[6]), V(load)(f[7])};
-        stream_open_sixteen(mode, near, far, r, of, &a->slots[0][k], low);
+        stream_open_sixteen(mode, &planes, r, of, &a->slots[0][k], low);
     }
-    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
-        least[i] = mode & RTK_MODE_ANY ? STREAM_FRONT : rti_f16_low(low[i]);
+    stream_lows_end(mode, low, least);
 }
 
 /* The list of a slot that a dense list's node has given a->slots, as a dense or a plain one, to s->list from `used` on. Returns

@@ -14,20 +14,20 @@ RTI_VEC rtk_u32 stream_own(rtk_u32 k, rtk_u32 at, rtk_u32 count)
 }
 
 #if RTI_SIMD >= 8
-#define one_n    8u
-#define one_vec  rti_f8
-#define one_ray  rti_tri_ray8
-#define one_hit  rti_tri_hit8
-#define one_test rti_tri8
-#define ONE(op)  rti_f8_##op
+#define one_n            8u
+#define one_vec          rti_f8
+#define one_ray          rti_tri_ray8
+#define one_hit          rti_tri_hit8
+#define one_test         rti_tri8
+#define ONE(op)          rti_f8_##op
 #define ONE_ROW(v, axis) rti_f8_two(b->v[axis], c->v[axis])
 #else
-#define one_n    4u
-#define one_vec  rti_f4
-#define one_ray  rti_tri_ray4
-#define one_hit  rti_tri_hit4
-#define one_test rti_tri4
-#define ONE(op)  rti_f4_##op
+#define one_n            4u
+#define one_vec          rti_f4
+#define one_ray          rti_tri_ray4
+#define one_hit          rti_tri_hit4
+#define one_test         rti_tri4
+#define ONE(op)          rti_f4_##op
 #define ONE_ROW(v, axis) rti_f4_load(b->v[axis])
 #endif
 
@@ -37,7 +37,7 @@ RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 
     const rtk_u32 kz = (rtk_u32)s->kind[l], kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
     const rtk_u32 end = (at + count + 3u) / 4u;
     const stream_tri *o = &s->tri[l];
-    const one_ray r = {ONE(set)(o->ox), ONE(set)(o->oy),   ONE(set)(o->oz),   ONE(set)(o->sx), ONE(set)(o->sy),
+    const one_ray r = {ONE(set)(o->ox),  ONE(set)(o->oy),   ONE(set)(o->oz),   ONE(set)(o->sx), ONE(set)(o->sy),
                        ONE(set)(o->kdz), ONE(set)(o->tmin), ONE(set)(o->tmax), ONE(set)(0.0f),  ONE(set)(a->part->scale)};
     for (rtk_u32 k = at / 4u; k < end; k += one_n / 4u) {
         const rtk_bvhblock *b = &a->tree.blocks[k];
@@ -66,6 +66,14 @@ RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 
         }
     }
 }
+
+#undef one_n
+#undef one_vec
+#undef one_ray
+#undef one_hit
+#undef one_test
+#undef ONE
+#undef ONE_ROW
 
 #ifdef RTI_PACK
 /* What four rays and four triangles give, one by one. */
@@ -170,8 +178,8 @@ RTI_VEC rtk_u32 stream_many_test(const streams *a, const tri_ray *r, const rti_i
 }
 
 /* What sixteen rays, which are different ones where they count, and the triangle at a place give in vectors, as stream_take and
- * stream_doubt would. Returns the rays for which nothing was done, as they must go one by one: where a hit is not for certain, lies
- * between the best one's bounds, or is as near. */
+ * stream_doubt would. Returns the rays for which nothing was done, as they must go one by one: where a hit is not for certain,
+ * lies between the best one's bounds, or is as near. */
 RTI_VEC rtk_u32 stream_many_keep(stream *s, const tri_hit *hit, vec tmax, const uint16_t lane[16], rtk_u32 place)
 {
     const rtk_u32 known = hit->hit | hit->certain, doubt = known & hit->doubt;
@@ -305,14 +313,38 @@ RTI_VEC void stream_leaf(streams *a, stream *s, rtk_u32 mode, rtk_u32 n, rtk_u32
 /* ---- nodes ---- */
 
 #ifdef RTI_PACK
+/* The rows of a node's planes that an octant's rays meet first, and last, along each axis. */
+typedef struct stream_planes {
+    const float *near[3], *far[3];
+} stream_planes;
+
+RTI_VEC stream_planes stream_planes_of(const rtk_bvhnode *n, rtk_u32 octant)
+{
+    const rtk_u32 x = octant & 1u, y = octant >> 1 & 1u, z = octant >> 2 & 1u;
+    return (stream_planes){{n->box[0][x], n->box[1][y], n->box[2][z]}, {n->box[0][1u - x], n->box[1][1u - y], n->box[2][1u - z]}};
+}
+
+/* Where the first of a list's rays enters each slot, in lanes: before one is looked at; and the least of all lanes at the end. Any
+ * hit needs no order. */
+RTI_VEC void stream_lows_begin(rtk_u32 mode, vec low[RTK_BVH_WIDTH])
+{
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
+        low[i] = V(set)(mode & RTK_MODE_ANY ? STREAM_FRONT : RTK_INF);
+}
+RTI_VEC void stream_lows_end(rtk_u32 mode, const vec low[RTK_BVH_WIDTH], float least[RTK_BVH_WIDTH])
+{
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
+        least[i] = mode & RTK_MODE_ANY ? STREAM_FRONT : rti_f16_low(low[i]);
+}
+
 /* Sixteen rays, fields of stream_ray, against all slots of a node: those of `of` that enter slot i to to[i], and where the first
  * of each lane does to low[i]. */
-RTI_VEC void stream_open_sixteen(rtk_u32 mode, const float *const near[3], const float *const far[3], const vec r[8], rtk_u32 of,
-                                 uint16_t *to, vec low[RTK_BVH_WIDTH])
+RTI_VEC void stream_open_sixteen(rtk_u32 mode, const stream_planes *planes, const vec r[8], rtk_u32 of, uint16_t *to,
+                                 vec low[RTK_BVH_WIDTH])
 {
 #pragma GCC unroll 8
     for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++) {
-#define PLANE(side, axis) V(msub)(V(set)((side)[axis][i]), r[axis], r[3 + axis])
+#define PLANE(side, axis) V(msub)(V(set)(planes->side[axis][i]), r[axis], r[3 + axis])
         const vec t0 = V(max)(V(max)(PLANE(near, 0), PLANE(near, 1)), V(max)(PLANE(near, 2), r[6]));
         const vec t1 = V(min)(V(min)(PLANE(far, 0), PLANE(far, 1)), V(min)(PLANE(far, 2), r[7]));
 #undef PLANE
@@ -345,13 +377,10 @@ RTI_VEC rtk_u32 stream_entered(const streams *a, const rtk_bvhnode *n, rtk_u32 s
 RTI_VEC rtk_u32 stream_open_many(streams *a, const stream *s, rtk_u32 mode, rtk_u32 octant, const rtk_bvhnode *n,
                                  const uint16_t *ids, rtk_u32 size, float least[RTK_BVH_WIDTH])
 {
-    const rtk_u32 x = octant & 1u, y = octant >> 1 & 1u, z = octant >> 2 & 1u;
-    const float *const near[3] = {n->box[0][x], n->box[1][y], n->box[2][z]};
-    const float *const far[3] = {n->box[0][1u - x], n->box[1][1u - y], n->box[2][1u - z]};
+    const stream_planes planes = stream_planes_of(n, octant);
     rtk_u32 rays[RTK_BVH_WIDTH];
     vec low[RTK_BVH_WIDTH];
-    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
-        low[i] = V(set)(mode & RTK_MODE_ANY ? STREAM_FRONT : RTK_INF);
+    stream_lows_begin(mode, low);
     for (rtk_u32 at = 0u; at < size; at += 16u) {
         uint16_t last[16];
         const uint16_t *some = ids + at;
@@ -364,10 +393,9 @@ RTI_VEC rtk_u32 stream_open_many(streams *a, const stream *s, rtk_u32 mode, rtk_
             of = (1u << (size - at)) - 1u;
         }
         rti_f16_records(s->ray[0].inv, some, r);
-        stream_open_sixteen(mode, near, far, r, of, &a->slots[0][at / 16u], low);
+        stream_open_sixteen(mode, &planes, r, of, &a->slots[0][at / 16u], low);
     }
-    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
-        least[i] = mode & RTK_MODE_ANY ? STREAM_FRONT : rti_f16_low(low[i]);
+    stream_lows_end(mode, low, least);
     return stream_entered(a, n, (size + 15u) / 16u, rays);
 }
 #endif

@@ -14,6 +14,23 @@ uint32_t RTI_ISA_FN(simd_compare)(const float a[16], const float b[16], float mi
     return RTI_SIMD;
 }
 
+#ifdef RTI_PACK
+static void put_many(uint32_t bits, uint32_t from, simd_packed *out)
+{
+    uint16_t many[64] = {0}, beside[64] = {0}, out32[64];
+    out->wide = (bits & 0xffffu) ^ bits << 9 ^ bits << 16;
+    for (int i = 0; i < 64; i++)
+        many[i] = (uint16_t)i;
+    out->chosen32_count = rti_u16_put32(out32, many, out->wide);
+    memcpy(out->chosen32, out32, sizeof out->chosen32);
+    for (int i = 0; i < 32; i++) {
+        many[i] = (uint16_t)(100 + i);
+        beside[i] = (uint16_t)(out->wide >> i & 1u ? 7 * i : 0);
+    }
+    out->some_count = rti_u16_some(out->some, out->some_bits, many, beside, 3u * from);
+}
+#endif
+
 int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,
                             simd_packed *out)
 {
@@ -74,17 +91,7 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
         rti_f16_store(out->records[k], fields[k]);
     rti_f16_spread(fields, to);
     out->chosen_count = rti_u16_put(out->chosen, count, bits & 0xffffu);
-    uint16_t many[64] = {0}, beside[64] = {0}, out32[64];
-    out->wide = (bits & 0xffffu) ^ bits << 9 ^ bits << 16;
-    for (int i = 0; i < 64; i++)
-        many[i] = (uint16_t)i;
-    out->chosen32_count = rti_u16_put32(out32, many, out->wide);
-    memcpy(out->chosen32, out32, sizeof out->chosen32);
-    for (int i = 0; i < 32; i++) {
-        many[i] = (uint16_t)(100 + i);
-        beside[i] = (uint16_t)(out->wide >> i & 1u ? 7 * i : 0);
-    }
-    out->some_count = rti_u16_some(out->some, out->some_bits, many, beside, 3u * from);
+    put_many(bits, from, out);
     rti_f16_store(out->column, rti_f16_column(all[0], 8u, reverse));
     rti_f16_fours(sixteen, -sixteen, sixteen * rti_f16_set(2.0f), sixteen * rti_f16_set(3.0f), out->fours);
     rti_f16 turned[16];
