@@ -248,7 +248,8 @@ static bool split_range(const rti_bvh *t, const rti_bvh_range *r, rti_bvh_range 
         rti_bvh_spatial_bin(t, &s, refs, r->count, &space);
         rti_bvh_spatial_find(t, &space, r->room_end - r->room_begin, &s);
     }
-    if (r->count <= t->most && !(t->b->cost_traverse * area + s.cost < rti_bvh_leaf_cost(t, r->count) * area))
+    if (r->count <= t->most && !(t->merges && area > t->fine_area) &&
+        !(t->b->cost_traverse * area + s.cost < rti_bvh_leaf_cost(t, r->count) * area))
         return false;
     if (s.axis == 3 || r->depth >= RTI_BVH_CAREFUL)
         halve(t, r, out);
@@ -521,6 +522,7 @@ static void settle(rti_bvh *t)
     t->unit = rti_bvh_unit(b->in);
     t->grow2 = rti_f4_xyz(rti_f4_set(2.0f * b->in->grow));
     t->blocks = b->in->tri_count > 0 && b->builder != RTI_BUILD_BVH_COMPACT;
+    t->merges = t->blocks;
     t->depth = b->max_depth;
     t->grow = b->in->grow;
     t->most = b->leaf_size;
@@ -531,6 +533,7 @@ static void settle(rti_bvh *t)
     t->root_area = rti_bvh_area(
         t, (rti_bvh_box){{b->in->lo[0], b->in->lo[1], b->in->lo[2], 0.0f}, {b->in->hi[0], b->in->hi[1], b->in->hi[2], 0.0f}});
     t->room = b->prim_count > 0 ? b->prim_count : 1;
+    t->fine_area = 4.0f * t->root_area / (float)t->room; /* less is met by few rays, and most ranges are less */
     if (t->spatial) {
         const uint32_t most = RTI_REF_MAX / 2;
         t->room = (size_t)rtk_min((float)t->room * b->duplication + 16.0f, (float)most);

@@ -1,7 +1,8 @@
 /* What the files of the BVH's builder share. Private to accel/.
  *
  * The builder makes a binary tree first (bvh_build.c: levels of large ranges by all workers together, then the small ones a task
- * each), chooses splits in bvh_split.c, and folds the binary tree into nodes of eight while it writes the chunk (bvh_write.c).
+ * each), chooses splits in bvh_split.c, then what of it becomes slots of nodes of eight (bvh_fold.c), and writes those
+ * (bvh_write.c).
  * Everything that is decided depends on the references alone, never on who works on them.
  */
 #ifndef RTI_BVH_BUILD_H
@@ -82,17 +83,19 @@ typedef struct rti_bvh_space_bins {
 typedef struct rti_bvh {
     rt_context *ctx;
     const rti_build *b;
-    bool blocks;               /* leaves of triangles get them */
-    uint32_t depth;            /* levels of nodes of eight, at most */
-    float grow;                /* of the boxes that are written */
-    const rtk_kdnode *kd;      /* the tree is a kd-tree of kd_count nodes, which have the numbers of `nodes`; NULL: a BVH */
+    bool blocks;          /* leaves of triangles get them */
+    uint32_t depth;       /* levels of nodes of eight, at most */
+    float grow;           /* of the boxes that are written */
+    const rtk_kdnode *kd; /* the tree is a kd-tree of kd_count nodes, which have the numbers of `nodes`; NULL: a BVH */
     uint32_t kd_count;
     uint32_t most;             /* references of a leaf */
+    bool merges;               /* leaves of the binary tree may become one */
     uint32_t together;         /* 1 << this: references that cost as much as one */
     rti_f4 grow2;              /* what boxes are grown by on both sides together */
     float unit;                /* areas are relative to a cube of side 1 / unit */
     bool spatial;              /* splits may cut references */
     float root_area, thinnest; /* what is thinner is not cut */
+    float fine_area;           /* ranges of more are split down to what costs nothing to keep together, if leaves merge */
     rti_ref *refs[2];
     size_t room;
     uint32_t *order; /* primitives of leaves */
@@ -166,6 +169,20 @@ static inline float rti_bvh_leaf_cost(const rti_bvh *t, uint32_t count)
 {
     return t->b->cost_intersect * (float)((count + (1u << t->together) - 1u) >> t->together);
 }
+
+/* Which nodes become slots of nodes of eight, a word for each node of the tree into cuts (bvh_fold.c). per_node: what a node
+ * costs beside its area. */
+rt_status rti_bvh_cut(const rti_bvh *t, uint32_t root, float per_node, uint32_t *cuts);
+/* What is a leaf then: one of the binary tree, or at most RTI_BVH_MERGED references of several. */
+#define RTI_BVH_MERGED 16u
+bool rti_bvh_is_leaf(const rti_bvh *t, const uint32_t *cuts, uint32_t node);
+/* The slots of the node of eight that is made of a binary one. Returns how many. */
+uint32_t rti_bvh_slots(const rti_bvh *t, const uint32_t *cuts, uint32_t node, uint32_t slots[RTK_BVH_WIDTH]);
+/* The leaves of the binary tree below a node, one a call, then RTK_INVALID. At first {1, {node}}. */
+typedef struct rti_bvh_leaves {
+    uint32_t count, wait[34];
+} rti_bvh_leaves;
+uint32_t rti_bvh_next_leaf(const rti_bvh *t, const uint32_t *cuts, rti_bvh_leaves *at);
 
 /* Folds the binary tree into a chunk. root: its node; RTK_INVALID: there is nothing in it. */
 rt_status rti_bvh_write(const rti_bvh *t, uint32_t root, double start, void **chunk, size_t *size);

@@ -1,6 +1,5 @@
-/* From the binary tree, a BVH's or a kd-tree's, to a chunk of nodes of eight: a node takes the two children of a binary one and
- * opens slots until eight are there (next_slot). Subtrees that lie in one part are a task each, which goes over its subtree
- * twice: to count, then to write where the sums of the counts say.
+/* From the binary tree, a BVH's or a kd-tree's, to a chunk of nodes of eight, whose slots bvh_fold.c chose. Subtrees that lie in
+ * one part are a task each, which goes over its subtree twice: to count, then to write where the sums of the counts say.
  */
 #include <string.h>
 
@@ -24,24 +23,13 @@ typedef struct writer {
     const rti_bvh *t;
     task *tasks;
     size_t task_count, task_capacity;
-    bool dense; /* nodes are filled, at the cost of a few more visits */
+    const uint32_t *cuts; /* rti_bvh_cut */
     bool writing;
     rtk_kdnode *kd;
     rtk_bvhnode *nodes;
     rtk_bvhblock *blocks;
     uint32_t *refs;
 } writer;
-
-/* Of a kd-tree. */
-static bool is_empty(const rti_bvh *t, uint32_t node)
-{
-    return t->nodes[node].count == 0 && t->nodes[node].child == 0;
-}
-
-static bool is_leaf(const rti_bvh *t, uint32_t node)
-{
-    return t->nodes[node].count > 0;
-}
 
 static float node_area(const rti_bvh *t, uint32_t node)
 {
@@ -50,81 +38,60 @@ static float node_area(const rti_bvh *t, uint32_t node)
     return rti_bvh_area(t, b);
 }
 
-/* Leaves below a node, counted as far as it matters: more than fit into one node of eight are RTK_BVH_WIDTH + 1. */
-static uint32_t few_leaves(const rti_bvh *t, uint32_t node)
-{
-    uint32_t stack[RTK_BVH_WIDTH + 2], top = 1, count = 0;
-    stack[0] = node;
-    while (top > 0 && count + top <= RTK_BVH_WIDTH) {
-        const rti_bvh_node *n = &t->nodes[stack[--top]];
-        if (n->count > 0) {
-            count++;
-        } else {
-            stack[top++] = n->child;
-            stack[top++] = n->child + 1;
-        }
-    }
-    return count + top;
-}
+/* Slots of one node, the largest first; leaf: what is in it, count 0 where the slot is an inner node. */
+typedef struct leaf {
+    const uint32_t *prims;
+    uint32_t count;
+} leaf;
 
-/* Slots of one node, the largest first. leaves: below each (few_leaves), of a dense tree. */
 typedef struct slots {
-    bool dense;
-    uint32_t count, node[RTK_BVH_WIDTH], leaves[RTK_BVH_WIDTH];
-    float area[RTK_BVH_WIDTH];
+    uint32_t count, node[RTK_BVH_WIDTH];
+    leaf leaf[RTK_BVH_WIDTH];
+    uint32_t merged[RTK_BVH_WIDTH][RTI_BVH_MERGED]; /* what is in leaves that are several of the binary tree */
 } slots;
 
-static void add_slot(const rti_bvh *t, slots *s, uint32_t node)
+/* The references of several leaves in `to`; two pieces of one triangle are one. */
+static uint32_t merge(const writer *w, uint32_t node, uint32_t to[RTI_BVH_MERGED])
 {
-    float area = node_area(t, node);
-    uint32_t at = s->count++;
-    for (; at > 0 && s->area[at - 1] < area; at--) {
-        s->area[at] = s->area[at - 1];
-        s->node[at] = s->node[at - 1];
-        s->leaves[at] = s->leaves[at - 1];
+    const rti_bvh *t = w->t;
+    rti_bvh_leaves at = {1, {node}};
+    uint32_t count = 0, part;
+    while ((part = rti_bvh_next_leaf(t, w->cuts, &at)) != RTK_INVALID) {
+        const rti_bvh_node *n = &t->nodes[part];
+        for (uint32_t i = 0; i < n->count; i++) {
+            uint32_t same = t->spatial ? 0 : count;
+            while (same < count && to[same] != t->order[n->child + i])
+                same++;
+            if (same == count)
+                to[count++] = t->order[n->child + i];
+        }
     }
-    s->area[at] = area;
-    s->node[at] = node;
-    s->leaves[at] = s->dense ? few_leaves(t, node) : 0;
-}
-
-/* In place of a slot, its two children. */
-static void open_slot(const rti_bvh *t, slots *s, uint32_t at)
-{
-    uint32_t child = t->nodes[s->node[at]].child, behind = --s->count - at;
-    memmove(s->area + at, s->area + at + 1, behind * sizeof *s->area);
-    memmove(s->node + at, s->node + at + 1, behind * sizeof *s->node);
-    memmove(s->leaves + at, s->leaves + at + 1, behind * sizeof *s->leaves);
-    for (uint32_t i = 0; i < 2; i++)
-        if (!is_empty(t, child + i))
-            add_slot(t, s, child + i);
-}
-
-/* The slot to open next; s->count: none. The largest inner one is the best for rays. It leaves many nodes of two or three leaves,
- * though, and a node takes its 256 bytes whatever it holds. A dense tree opens the largest of those that one node does not hold,
- * and then, where all their leaves have room, those of the fewest: what is left becomes nodes that are nearly full. On sponza
- * that saves a tenth of the bytes and costs 3% of the rays. */
-static uint32_t next_slot(const rti_bvh *t, const slots *s)
-{
-    uint32_t best = s->count, room = RTK_BVH_WIDTH - s->count;
-    for (uint32_t i = 0; i < s->count && room > 0; i++)
-        if (!is_leaf(t, s->node[i]) && (!s->dense || s->leaves[i] > RTK_BVH_WIDTH))
-            return i;
-    for (uint32_t i = 0; i < s->count && s->dense; i++)
-        if (s->leaves[i] > 1 && s->leaves[i] - 1 <= room && (best == s->count || s->leaves[i] < s->leaves[best]))
-            best = i;
-    return best;
+    return count;
 }
 
 /* The slots that a binary node becomes. */
-static void gather(const rti_bvh *t, bool dense, uint32_t binary, slots *s)
+static void gather(const writer *w, uint32_t binary, slots *s)
 {
-    uint32_t next;
-    s->dense = dense;
-    s->count = 0;
-    add_slot(t, s, binary);
-    while ((next = next_slot(t, s)) < s->count)
-        open_slot(t, s, next);
+    const rti_bvh *t = w->t;
+    uint32_t found[RTK_BVH_WIDTH];
+    float area[RTK_BVH_WIDTH];
+    s->count = rti_bvh_slots(t, w->cuts, binary, found);
+    for (uint32_t i = 0; i < s->count; i++) {
+        const float size = node_area(t, found[i]);
+        uint32_t at = i;
+        for (; at > 0 && area[at - 1] < size; at--) {
+            area[at] = area[at - 1];
+            s->node[at] = s->node[at - 1];
+        }
+        area[at] = size;
+        s->node[at] = found[i];
+    }
+    for (uint32_t i = 0; i < s->count; i++) {
+        const rti_bvh_node *n = &t->nodes[s->node[i]];
+        s->leaf[i] = (leaf){t->order + n->child, n->count};
+        if (n->count == 0 && rti_bvh_is_leaf(t, w->cuts, s->node[i]))
+            s->leaf[i] = (leaf){s->merged[i], merge(w, s->node[i], s->merged[i])};
+    }
 }
 
 /* ---- leaves -------------------------------------------------------------------------------------------------------------------
@@ -147,14 +114,13 @@ static void put_lanes(const writer *w, const uint32_t *prims, uint32_t count, ui
 }
 
 /* A leaf of triangles alone; that of a BVH holds one kind of primitives. */
-static bool in_blocks(const rti_bvh *t, uint32_t node)
+static bool in_blocks(const rti_bvh *t, leaf l)
 {
-    const rti_bvh_node *n = &t->nodes[node];
-    const uint32_t look = t->b->in->box_count == 0 ? 0 : (t->kd ? n->count : 1);
-    if (!t->blocks || n->count == 0)
+    const uint32_t look = t->b->in->box_count == 0 ? 0 : (t->kd ? l.count : 1);
+    if (!t->blocks || l.count == 0)
         return false;
     for (uint32_t i = 0; i < look; i++)
-        if (t->order[n->child + i] >= t->b->in->tri_count)
+        if (l.prims[i] >= t->b->in->tri_count)
             return false;
     return true;
 }
@@ -173,10 +139,9 @@ typedef struct holes {
 
 /* A leaf with blocks; at: what stands before it, moved on. One of less than a block goes into a hole that holds all of it: its
  * test takes as long as in a block of its own. Returns its first place. */
-static uint32_t put_blocked(const writer *w, uint32_t node, totals *at, holes *h)
+static uint32_t put_blocked(const writer *w, uint32_t node, leaf l, totals *at, holes *h)
 {
-    const uint32_t *prims = w->t->order + w->t->nodes[node].child;
-    uint32_t count = w->t->nodes[node].count, need = (count + RTK_BVH_BLOCK - 1) / RTK_BVH_BLOCK;
+    const uint32_t count = l.count, need = (count + RTK_BVH_BLOCK - 1) / RTK_BVH_BLOCK;
     uint32_t first = at->blocks * RTK_BVH_BLOCK, end = first + need * RTK_BVH_BLOCK, i = 0;
     while (i < h->count && h->room[i] < count)
         i++;
@@ -193,7 +158,7 @@ static uint32_t put_blocked(const writer *w, uint32_t node, totals *at, holes *h
         at->filler += end - first - count;
     }
     if (w->writing) {
-        put_lanes(w, prims, count, first, end);
+        put_lanes(w, l.prims, count, first, end);
         leaf_at(w, node, first);
     }
     return first;
@@ -204,45 +169,38 @@ static void put_all_blocked(const writer *w, const slots *s, totals *at, uint32_
 {
     holes h = {0};
     for (uint32_t i = 0; i < s->count && w->writing; i++) { /* triangles stand anywhere */
-        const rti_bvh_node *n = &w->t->nodes[s->node[i]];
-        const uint32_t some = in_blocks(w->t, s->node[i]) ? rtk_umin(n->count, 4 * RTK_BVH_BLOCK) : 0;
+        const leaf *l = &s->leaf[i];
+        const uint32_t some = in_blocks(w->t, *l) ? rtk_umin(l->count, 4 * RTK_BVH_BLOCK) : 0;
         for (uint32_t k = 0; k < some; k++)
-            __builtin_prefetch(&w->t->b->in->tris[w->t->order[n->child + k]]);
+            __builtin_prefetch(&w->t->b->in->tris[l->prims[k]]);
     }
     for (uint32_t size = RTK_BVH_BLOCK; size > 0; size--)
         for (uint32_t i = 0; i < s->count; i++)
-            if (in_blocks(w->t, s->node[i]) && rtk_umin(w->t->nodes[s->node[i]].count, RTK_BVH_BLOCK) == size)
-                child[i] = put_blocked(w, s->node[i], at, &h);
+            if (in_blocks(w->t, s->leaf[i]) && rtk_umin(s->leaf[i].count, RTK_BVH_BLOCK) == size)
+                child[i] = put_blocked(w, s->node[i], s->leaf[i], at, &h);
 }
 
 /* A leaf's references without blocks, likewise. */
-static uint32_t put_plain(const writer *w, uint32_t node, totals *at)
+static uint32_t put_plain(const writer *w, uint32_t node, leaf l, totals *at)
 {
-    const rti_bvh_node *n = &w->t->nodes[node];
     uint32_t first = at->plain;
     if (w->writing) {
-        memcpy(w->refs + first, w->t->order + n->child, n->count * sizeof *w->refs);
+        memcpy(w->refs + first, l.prims, l.count * sizeof *w->refs);
         leaf_at(w, node, first);
     }
-    at->plain += n->count;
+    at->plain += l.count;
     return first;
 }
 
 /* All leaves below an inner node that is too deep, as one without blocks. Returns how many references it has. */
 static uint32_t put_rest(const writer *w, uint32_t binary, totals *at)
 {
-    uint32_t stack[RTI_BVH_BINARY + 4], top = 1, count = 0;
-    stack[0] = binary;
-    while (top > 0) {
-        uint32_t node = stack[--top];
+    rti_bvh_leaves below = {1, {binary}};
+    uint32_t count = 0, node;
+    while ((node = rti_bvh_next_leaf(w->t, w->cuts, &below)) != RTK_INVALID) {
         const rti_bvh_node *n = &w->t->nodes[node];
-        if (n->count > 0) {
-            put_plain(w, node, at);
-            count += n->count;
-        } else if (n->child > 0) {
-            stack[top++] = n->child + 1;
-            stack[top++] = n->child;
-        }
+        put_plain(w, node, (leaf){w->t->order + n->child, n->count}, at);
+        count += n->count;
     }
     return count;
 }
@@ -280,12 +238,12 @@ static uint32_t put_node(const writer *w, const todo *it, totals *at, todo inner
     const rti_bvh *t = w->t;
     uint32_t open = 0, places[RTK_BVH_WIDTH];
     slots s;
-    gather(t, w->dense, it->binary, &s);
+    gather(w, it->binary, &s);
     put_all_blocked(w, &s, at, places);
     for (uint32_t i = 0; i < s.count; i++) {
-        uint32_t child, count = t->nodes[s.node[i]].count;
+        uint32_t child, count = s.leaf[i].count;
         if (count > 0) {
-            child = in_blocks(t, s.node[i]) ? places[i] : put_plain(w, s.node[i], at);
+            child = in_blocks(t, s.leaf[i]) ? places[i] : put_plain(w, s.node[i], s.leaf[i], at);
         } else if (it->depth + 1 >= t->depth) {
             child = at->plain;
             count = put_rest(w, s.node[i], at);
@@ -426,10 +384,14 @@ static char *make_chunk(writer *w, const totals *sum, size_t *size)
     return bytes;
 }
 
-/* The first pass: tasks, and what there is of everything. */
-static rt_status count_all(writer *w, uint32_t root, todo *list, totals *sum)
+/* The first pass: slots, tasks, and what there is of everything. per_node: of rti_bvh_cut. */
+static rt_status count_all(writer *w, uint32_t root, float per_node, uint32_t *cuts, todo *list, totals *sum)
 {
     totals own = {0};
+    rt_status status = rti_bvh_cut(w->t, root, per_node, cuts);
+    if (status != RT_OK)
+        return status;
+    w->cuts = cuts;
     w->task_count = 0;
     if (!fold_top(w, root, &own, list, w->t->top_count + 1))
         return RT_ERROR_MEMORY;
@@ -440,26 +402,31 @@ static rt_status count_all(writer *w, uint32_t root, todo *list, totals *sum)
     return RT_OK;
 }
 
-/* A tree with blocks, as `auto` builds it, may take 60 bytes a triangle. Meshes stay below; of triangles far from each other,
- * where leaves go by two into a node, it would be 70. */
+/* A tree with blocks, as `auto` builds it, may take 60 bytes a triangle, a compact one 35. Meshes stay below; triangles far from
+ * each other, where leaves go by two into a node, do not by themselves. */
 static bool too_large(const rti_bvh *t, const totals *sum)
 {
     uint64_t bytes = (uint64_t)sum->nodes * sizeof(rtk_bvhnode) + sum->plain * sizeof(uint32_t) +
                      (uint64_t)sum->blocks * (sizeof(rtk_bvhblock) + RTK_BVH_BLOCK * sizeof(uint32_t));
-    return t->blocks && !t->spatial && !t->kd && bytes > (uint64_t)60 * t->b->prim_count;
+    return t->b->in->tri_count > 0 && !t->spatial && !t->kd && bytes > (t->blocks ? 60u : 34u) * (uint64_t)t->b->prim_count;
 }
 
-static rt_status fold(writer *w, uint32_t root, todo *list, char **bytes, size_t *size)
+/* A node takes its 256 bytes whatever it holds. Where bytes count, it costs so many times what one with a primitive's share of
+ * the root's area does, and nodes are filled. */
+static float node_cost(const rti_bvh *t, float times)
+{
+    return times * t->b->cost_traverse * t->root_area / rtk_max((float)t->b->prim_count, 1.0f);
+}
+
+static rt_status fold(writer *w, uint32_t root, uint32_t *cuts, todo *list, char **bytes, size_t *size)
 {
     totals own, sum = {.nodes = 1};
+    const bool compact = w->t->b->builder == RTI_BUILD_BVH_COMPACT;
     rt_status status = RT_OK;
-    w->dense = w->t->b->builder == RTI_BUILD_BVH_COMPACT;
     if (root != RTK_INVALID)
-        status = count_all(w, root, list, &sum);
-    if (status == RT_OK && root != RTK_INVALID && !w->dense && too_large(w->t, &sum)) {
-        w->dense = true;
-        status = count_all(w, root, list, &sum);
-    }
+        status = count_all(w, root, node_cost(w->t, compact ? 2.0f : 0.0f), cuts, list, &sum);
+    if (status == RT_OK && root != RTK_INVALID && too_large(w->t, &sum))
+        status = count_all(w, root, node_cost(w->t, 16.0f), cuts, list, &sum);
     if (status != RT_OK)
         return status;
     *bytes = make_chunk(w, &sum, size);
@@ -480,8 +447,11 @@ rt_status rti_bvh_write(const rti_bvh *t, uint32_t root, double start, void **ch
 {
     writer w = {.t = t};
     char *bytes = NULL;
+    const size_t count = t->kd ? t->kd_count : t->node_capacity;
     todo *list = rti_alloc_array(t->ctx, t->top_count + 1, sizeof *list);
-    rt_status status = list ? fold(&w, root, list, &bytes, size) : RT_ERROR_MEMORY;
+    uint32_t *cuts = rti_alloc_array(t->ctx, count, sizeof *cuts);
+    rt_status status = list && cuts ? fold(&w, root, cuts, list, &bytes, size) : RT_ERROR_MEMORY;
+    rti_free(t->ctx, cuts, count * sizeof *cuts);
     rti_free(t->ctx, list, (t->top_count + 1) * sizeof *list);
     rti_free(t->ctx, w.tasks, w.task_capacity * sizeof *w.tasks);
     if (status != RT_OK) {

@@ -231,7 +231,7 @@ static void test_workers(void **state)
         rti_snapshot *snapshot;
         rtk_tree_header *h;
         kit_commit(scene);
-        sheet_move(s, WAVE, 1.0f);
+        sheet_move(s, WAVE, 0.5f);
         kit_ok(ctx, set(scene, g, s));
         kit_commit(scene);
         assert_int_equal(kit_info(scene).refitted_trees, 1);
@@ -360,7 +360,7 @@ static void test_parts(void **state)
     kit_ok(ctx, set(scene, b, big));
     commit_does(scene, NULL, (counts){2, 0, 0});
     for (int i = 0; i < 2; i++) { /* both parts move */
-        sheet_move(s, WAVE, 0.5f + (float)i);
+        sheet_move(s, WAVE, 0.4f + 0.1f * (float)i);
         kit_ok(ctx, set(scene, g, s));
         big->now[7] += 100.0f;
         kit_ok(ctx, set(scene, b, big));

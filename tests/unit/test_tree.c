@@ -266,10 +266,11 @@ static void test_spatial(void **state)
         rti_build_input in = test_input(&m[i]);
         for (int k = 0; k < 2; k++)
             h[k] = build(ctx, &in, &(rti_build_settings){.builder = k == 0 ? RTI_BUILD_BVH : RTI_BUILD_BVH_SPATIAL});
+        assert_true(h[0].sah_cost < (i == 0 ? 25.0f : 170.0f)); /* 27.6 and 196 if nodes open the largest slot (bvh_fold.c) */
         if (i == 0)
             assert_true(h[1].ref_count - h[1].filler_count <= 1.005 * m[i].count && h[1].sah_cost < 1.005f * h[0].sah_cost);
         else
-            assert_true(h[1].sah_cost < 0.42f * h[0].sah_cost);
+            assert_true(h[1].sah_cost < 0.48f * h[0].sah_cost);
         test_mesh_free(&m[i]);
     }
     rt_context_destroy(ctx);
