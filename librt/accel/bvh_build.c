@@ -248,7 +248,7 @@ static bool split_range(const rti_bvh *t, const rti_bvh_range *r, rti_bvh_range 
         rti_bvh_spatial_bin(t, &s, refs, r->count, &space);
         rti_bvh_spatial_find(t, &space, r->room_end - r->room_begin, &s);
     }
-    if (r->count <= t->most && !(t->merges && area > t->fine_area) &&
+    if (r->count <= t->most && !(t->blocks && area > t->fine_area) &&
         !(t->b->cost_traverse * area + s.cost < rti_bvh_leaf_cost(t, r->count) * area))
         return false;
     if (s.axis == 3 || r->depth >= RTI_BVH_CAREFUL)
@@ -522,7 +522,6 @@ static void settle(rti_bvh *t)
     t->unit = rti_bvh_unit(b->in);
     t->grow2 = rti_f4_xyz(rti_f4_set(2.0f * b->in->grow));
     t->blocks = b->in->tri_count > 0 && b->builder != RTI_BUILD_BVH_COMPACT;
-    t->merges = t->blocks;
     t->depth = b->max_depth;
     t->grow = b->in->grow;
     t->most = b->leaf_size;

@@ -1,9 +1,8 @@
 /* What the files of the BVH's builder share. Private to accel/.
  *
  * The builder makes a binary tree first (bvh_build.c: levels of large ranges by all workers together, then the small ones a task
- * each), chooses splits in bvh_split.c, then what of it becomes slots of nodes of eight (bvh_fold.c), and writes those
- * (bvh_write.c).
- * Everything that is decided depends on the references alone, never on who works on them.
+ * each; bvh_split.c and bvh_spatial.c choose splits), then chooses what of it becomes slots of nodes of eight (bvh_fold.c), and
+ * writes those (bvh_write.c). Everything that is decided depends on the references alone, never on who works on them.
  */
 #ifndef RTI_BVH_BUILD_H
 #define RTI_BVH_BUILD_H
@@ -89,13 +88,12 @@ typedef struct rti_bvh {
     const rtk_kdnode *kd; /* the tree is a kd-tree of kd_count nodes, which have the numbers of `nodes`; NULL: a BVH */
     uint32_t kd_count;
     uint32_t most;             /* references of a leaf */
-    bool merges;               /* leaves of the binary tree may become one */
     uint32_t together;         /* 1 << this: references that cost as much as one */
     rti_f4 grow2;              /* what boxes are grown by on both sides together */
     float unit;                /* areas are relative to a cube of side 1 / unit */
     bool spatial;              /* splits may cut references */
     float root_area, thinnest; /* what is thinner is not cut */
-    float fine_area;           /* ranges of more are split down to what costs nothing to keep together, if leaves merge */
+    float fine_area;           /* ranges of more are split down to a block: leaves of blocks merge (bvh_fold.c) */
     rti_ref *refs[2];
     size_t room;
     uint32_t *order; /* primitives of leaves */
@@ -123,6 +121,19 @@ static inline rti_f4 rti_bvh_sides(const rti_bvh *t, rti_bvh_box b)
 static inline float rti_bvh_area(const rti_bvh *t, rti_bvh_box b)
 {
     return rti_f4_area(rti_bvh_sides(t, b));
+}
+
+static inline float rti_bvh_node_area(const rti_bvh *t, uint32_t node)
+{
+    const rti_bvh_node *n = &t->nodes[node];
+    const rti_bvh_box b = {rti_f4_load(n->lo), rti_f4_load(n->hi)};
+    return rti_bvh_area(t, b);
+}
+
+/* Does an inner node, and do its children, stand in the top? What is below any other is one task's. */
+static inline bool rti_bvh_in_top(const rti_bvh *t, uint32_t node)
+{
+    return node < t->top_count && t->nodes[node].child < t->top_count;
 }
 
 static inline rti_bvh_box rti_bvh_ref_box(const rti_ref *r)
@@ -170,15 +181,17 @@ static inline float rti_bvh_leaf_cost(const rti_bvh *t, uint32_t count)
     return t->b->cost_intersect * (float)((count + (1u << t->together) - 1u) >> t->together);
 }
 
-/* Which nodes become slots of nodes of eight, a word for each node of the tree into cuts (bvh_fold.c). per_node: what a node
- * costs beside its area. */
+/* Which nodes become slots of nodes of eight (bvh_fold.c): a word for each inner node into cuts, which has as many
+ * as the tree has nodes. per_node: what a node costs beside its area, in areas. Works by tasks of the context. Errors MEMORY,
+ * CANCELLED. */
 rt_status rti_bvh_cut(const rti_bvh *t, uint32_t root, float per_node, uint32_t *cuts);
 /* What is a leaf then: one of the binary tree, or at most RTI_BVH_MERGED references of several. */
 #define RTI_BVH_MERGED 16u
 bool rti_bvh_is_leaf(const rti_bvh *t, const uint32_t *cuts, uint32_t node);
 /* The slots of the node of eight that is made of a binary one. Returns how many. */
 uint32_t rti_bvh_slots(const rti_bvh *t, const uint32_t *cuts, uint32_t node, uint32_t slots[RTK_BVH_WIDTH]);
-/* The leaves of the binary tree below a node, one a call, then RTK_INVALID. At first {1, {node}}. */
+/* The leaves of the binary tree below a node, one a call, then RTK_INVALID. At first {1, {node}}. The larger child waits, so each
+ * that does has at most half of the references of the one before, and there are fewer than 2^32. */
 typedef struct rti_bvh_leaves {
     uint32_t count, wait[34];
 } rti_bvh_leaves;

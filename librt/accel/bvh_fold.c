@@ -15,7 +15,7 @@
 #define SLOTS   RTK_BVH_WIDTH
 #define LARGER  (1u << 30u) /* the right child has more references */
 #define MERGED  (1u << 31u)
-#define LARGEST 1.0e30f /* so that sums stay finite */
+#define LARGEST 1.0e30f /* of areas, which may be no number; above it sums are infinite, and cuts the first there are */
 
 _Static_assert(SLOTS == 8, "a cut has three bits, and two vectors hold costs");
 
@@ -48,22 +48,22 @@ typedef struct cutting {
     rt_status *got; /* likewise */
 } cutting;
 
-static float area_of(const rti_bvh *t, const rti_bvh_node *n)
+static float area_of(const rti_bvh *t, uint32_t node)
 {
-    const float area = rti_bvh_area(t, (rti_bvh_box){rti_f4_load(n->lo), rti_f4_load(n->hi)});
+    const float area = rti_bvh_node_area(t, node);
     return area < LARGEST ? area : LARGEST;
 }
 
 static bool is_task(const rti_bvh *t, uint32_t node)
 {
-    const rti_bvh_node *n = &t->nodes[node];
-    return n->count > 0 || node >= t->top_count || n->child >= t->top_count;
+    return t->nodes[node].count > 0 || !rti_bvh_in_top(t, node);
 }
 
-static value leaf_value(const rti_bvh *t, const rti_bvh_node *n)
+static value leaf_value(const rti_bvh *t, uint32_t node)
 {
+    const rti_bvh_node *n = &t->nodes[node];
     value v = {.count = n->count};
-    const float cost = n->count > 0 ? area_of(t, n) * rti_bvh_leaf_cost(t, n->count) : 0.0f;
+    const float cost = n->count > 0 ? area_of(t, node) * rti_bvh_leaf_cost(t, n->count) : 0.0f;
     for (uint32_t i = 0; i < SLOTS; i++)
         v.cost[i] = cost;
     if (n->count > 0 && !t->kd) {
@@ -100,7 +100,7 @@ static void combine(const value *left, const value *right, float cost[SLOTS], in
 static value inner_value(const cutting *job, uint32_t node, const value *left, const value *right)
 {
     const rti_bvh *t = job->t;
-    const float area = area_of(t, &t->nodes[node]);
+    const float area = area_of(t, node);
     value v = {.count = left->count + right->count, .tris = left->tris || right->tris, .others = left->others || right->others};
     float one;
     int32_t at[SLOTS];
@@ -108,7 +108,7 @@ static value inner_value(const cutting *job, uint32_t node, const value *left, c
     combine(left, right, v.cost, at);
     at[SLOTS - 1] = at[SLOTS - 1] > 0 ? at[SLOTS - 1] : 1;
     one = job->per_node + area * 2.0f * t->b->cost_traverse + v.cost[SLOTS - 1];
-    if (t->merges && v.count <= RTI_BVH_MERGED && v.count <= t->most && v.tris != v.others) {
+    if (t->blocks && v.count <= RTI_BVH_MERGED && v.count <= t->most && v.tris != v.others) {
         const float leaf = area * rti_bvh_leaf_cost(t, v.count);
         if (leaf <= one) {
             one = leaf;
@@ -178,7 +178,7 @@ static rt_status values(const cutting *job, uint32_t root, bool top, stack *s, v
         } else if (top && is_task(t, it.node)) {
             room = push_value(t->ctx, s, &job->found[task++]);
         } else if (n->child == 0 || n->count > 0) {
-            const value v = leaf_value(t, n);
+            const value v = leaf_value(t, it.node);
             room = push_value(t->ctx, s, &v);
         } else {
             room = open_step(t->ctx, s, it.node, n->child);
@@ -312,8 +312,7 @@ uint32_t rti_bvh_next_leaf(const rti_bvh *t, const uint32_t *cuts, rti_bvh_leave
             at->wait[at->count++] = pass_empty(t, node);
             continue;
         }
-        /* The smaller next, the larger waits: so no more wait than the count's logarithm says. */
-        const uint32_t right_waits = cuts[node] & LARGER ? 1 : 0;
+        const uint32_t right_waits = cuts[node] & LARGER ? 1 : 0; /* the smaller is next */
         at->wait[at->count++] = n->child + right_waits;
         at->wait[at->count++] = n->child + 1 - right_waits;
     }

@@ -31,13 +31,6 @@ typedef struct writer {
     uint32_t *refs;
 } writer;
 
-static float node_area(const rti_bvh *t, uint32_t node)
-{
-    const rti_bvh_node *n = &t->nodes[node];
-    rti_bvh_box b = {rti_f4_load(n->lo), rti_f4_load(n->hi)};
-    return rti_bvh_area(t, b);
-}
-
 /* Slots of one node, the largest first; leaf: what is in it, count 0 where the slot is an inner node. */
 typedef struct leaf {
     const uint32_t *prims;
@@ -77,7 +70,7 @@ static void gather(const writer *w, uint32_t binary, slots *s)
     float area[RTK_BVH_WIDTH];
     s->count = rti_bvh_slots(t, w->cuts, binary, found);
     for (uint32_t i = 0; i < s->count; i++) {
-        const float size = node_area(t, found[i]);
+        const float size = rti_bvh_node_area(t, found[i]);
         uint32_t at = i;
         for (; at > 0 && area[at - 1] < size; at--) {
             area[at] = area[at - 1];
@@ -292,8 +285,7 @@ static bool fold_top(writer *w, uint32_t root, totals *at, todo *list, size_t ca
         todo inner[RTK_BVH_WIDTH], it = list[from++];
         uint32_t n = put_node(w, &it, at, inner);
         for (uint32_t i = 0; i < n; i++) {
-            const rti_bvh_node *b = &w->t->nodes[inner[i].binary];
-            if (inner[i].binary < w->t->top_count && b->child < w->t->top_count) {
+            if (rti_bvh_in_top(w->t, inner[i].binary)) {
                 if (count == capacity)
                     return false;
                 list[count++] = inner[i];

@@ -270,7 +270,7 @@ static void test_spatial(void **state)
         if (i == 0)
             assert_true(h[1].ref_count - h[1].filler_count <= 1.005 * m[i].count && h[1].sah_cost < 1.005f * h[0].sah_cost);
         else
-            assert_true(h[1].sah_cost < 0.48f * h[0].sah_cost);
+            assert_true(h[1].sah_cost < 0.48f * h[0].sah_cost && h[1].sah_cost < 75.0f); /* 79.7 when that ratio was 0.42 */
         test_mesh_free(&m[i]);
     }
     rt_context_destroy(ctx);
