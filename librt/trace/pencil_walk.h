@@ -4,7 +4,7 @@
 
 #include "pencil_meet.h"
 
-#define PENCIL_NODES   3u /* nodes a ray that a pencil may open before it has come apart */
+#define PENCIL_NODES   8u /* nodes a ray that a pencil may open before it has come apart */
 #define PENCIL_BUNDLED 4u /* bundles at a leaf up to which their rays are told from one another at once */
 #ifdef RTI_PACK
 #define PENCIL_LONE 24u /* rays at a leaf for which its triangles are not looked at before */
