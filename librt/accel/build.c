@@ -56,6 +56,13 @@ static bool by_fours(const rti_build *b)
     return b->builder != RTI_BUILD_OCTREE && !rti_builds_bvh(b->builder) && b->in->tri_count > b->in->box_count;
 }
 
+/* What a primitive costs, in steps. A large leaf of triangles is a small tree of blocks itself (kd_leaf.c), of which a ray meets
+ * a few: cells that are split further than for this list triangles more often, and only cost memory. */
+static float intersect_cost(const rti_build *b)
+{
+    return !by_fours(b) ? 1.0f : (b->in->box_count > 0 ? 0.25f : 0.0625f);
+}
+
 /* Depth and leaves by default; depth at most. */
 static void settle_sizes(rti_build *b, const rti_build_settings *s)
 {
@@ -82,7 +89,7 @@ void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_buil
     b->prim_count = input->tri_count + input->box_count;
     settle_sizes(b, s);
     b->cost_traverse = settled(s->cost_traverse, 1.0f);
-    b->cost_intersect = settled(s->cost_intersect, by_fours(b) ? 0.25f : 1.0f);
+    b->cost_intersect = settled(s->cost_intersect, intersect_cost(b));
     b->empty_bonus = rtk_min(settled(s->empty_bonus, 0.2f), 0.95f);
     b->duplication = rtk_max(settled(s->duplication, s->builder == RTI_BUILD_BVH_SPATIAL ? 1.5f : 16.0f), 1.0f);
     if (s->builder == RTI_BUILD_BVH_SPATIAL) /* the room for it is taken before the build */

@@ -44,6 +44,9 @@ rti_ref *rti_refs_root(rt_context *ctx, const rti_build *b, uint32_t *count);
 unsigned rti_ref_cut(const rti_build *b, const rti_cell *cell, const rti_ref *ref, unsigned axis, float pos, bool clip,
                      rti_ref *left, rti_ref *right);
 
+/* The reference of a triangle in a cell, clipped; false: no part of it is there. */
+bool rti_ref_clip(const rti_build *b, const rti_cell *cell, uint32_t prim, rti_ref *out);
+
 /* Nodes and references as they are written, in growing arrays. One a task. */
 typedef struct rti_tree_out {
     void *nodes;

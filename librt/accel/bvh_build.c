@@ -526,6 +526,7 @@ static void settle(rti_bvh *t)
     t->grow = b->in->grow;
     t->most = b->leaf_size;
     _Static_assert(RTK_BVH_BLOCK == 1u << 2u, "what a block of triangles holds");
+    t->leaf_cost = b->cost_intersect;
     t->together = t->blocks ? 2u : (b->in->tri_count > 0 ? 1u : 0u);
     t->spatial = b->builder == RTI_BUILD_BVH_SPATIAL;
     t->thinnest = 4.0f * b->in->grow;

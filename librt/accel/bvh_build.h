@@ -82,13 +82,15 @@ typedef struct rti_bvh_space_bins {
 typedef struct rti_bvh {
     rt_context *ctx;
     const rti_build *b;
-    bool blocks;          /* leaves of triangles get them */
-    uint32_t depth;       /* levels of nodes of eight, at most */
-    float grow;           /* of the boxes that are written */
-    const rtk_kdnode *kd; /* the tree is a kd-tree of kd_count nodes, which have the numbers of `nodes`; NULL: a BVH */
-    uint32_t kd_count;
+    bool blocks;             /* leaves of triangles get them */
+    uint32_t depth;          /* levels of nodes of eight, at most */
+    float grow;              /* of the boxes that are written */
+    const rti_kd_node *kd;   /* the tree is a kd-tree of kd_count nodes, the first of `nodes`; NULL: a BVH */
+    const uint32_t *kd_refs; /* of its leaves, without their pieces */
+    uint32_t kd_count, kd_ref_count;
     uint32_t most;             /* references of a leaf */
-    uint32_t together;         /* 1 << this: references that cost as much as one */
+    uint32_t together;         /* 1 << this: references that cost as much as one, */
+    float leaf_cost;           /* namely so much, in areas */
     rti_f4 grow2;              /* what boxes are grown by on both sides together */
     float unit;                /* areas are relative to a cube of side 1 / unit */
     bool spatial;              /* splits may cut references */
@@ -178,7 +180,7 @@ void rti_bvh_spatial_scatter(const rti_bvh *t, const rti_bvh_split *split, const
 /* Cost of a leaf of so many, per area. */
 static inline float rti_bvh_leaf_cost(const rti_bvh *t, uint32_t count)
 {
-    return t->b->cost_intersect * (float)((count + (1u << t->together) - 1u) >> t->together);
+    return t->leaf_cost * (float)((count + (1u << t->together) - 1u) >> t->together);
 }
 
 /* Which nodes become slots of nodes of eight (bvh_fold.c): a word for each inner node into cuts, which has as many
@@ -196,6 +198,11 @@ typedef struct rti_bvh_leaves {
     uint32_t count, wait[34];
 } rti_bvh_leaves;
 uint32_t rti_bvh_next_leaf(const rti_bvh *t, const uint32_t *cuts, rti_bvh_leaves *at);
+
+/* Makes t->nodes and t->order of a kd-tree, which `t` has, its large leaves cut into pieces (kd_leaf.c): their nodes are behind
+ * the kd_count, and of the others the boxes of leaves alone are set. The caller frees both, node_capacity and kd_ref_count long.
+ * Works by tasks of the context. Errors MEMORY, CANCELLED. */
+rt_status rti_kd_cut_leaves(rti_bvh *t);
 
 /* Folds the binary tree into a chunk. root: its node; RTK_INVALID: there is nothing in it. */
 rt_status rti_bvh_write(const rti_bvh *t, uint32_t root, double start, void **chunk, size_t *size);

@@ -23,7 +23,7 @@ _Static_assert(SLOTS == 8, "a cut has three bits, and two vectors hold costs");
 typedef struct value {
     float cost[SLOTS]; /* in at most 1 ... 8 slots */
     uint32_t count;    /* references */
-    bool tris, others; /* what they are of; of a kd-tree neither is said */
+    bool tris, others; /* what they are of */
 } value;
 
 typedef struct step {
@@ -66,9 +66,11 @@ static value leaf_value(const rti_bvh *t, uint32_t node)
     const float cost = n->count > 0 ? area_of(t, node) * rti_bvh_leaf_cost(t, n->count) : 0.0f;
     for (uint32_t i = 0; i < SLOTS; i++)
         v.cost[i] = cost;
-    if (n->count > 0 && !t->kd) {
-        v.tris = t->order[n->child] < t->b->in->tri_count;
-        v.others = !v.tris;
+    const uint32_t look = rtk_umin(n->count, t->kd && t->b->in->box_count > 0 ? n->count : 1); /* a BVH's are of one kind */
+    for (uint32_t i = 0; i < look; i++) {
+        const bool tri = t->order[n->child + i] < t->b->in->tri_count;
+        v.tris |= tri;
+        v.others |= !tri;
     }
     return v;
 }

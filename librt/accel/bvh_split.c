@@ -82,7 +82,7 @@ static inline rti_f4 costs_of(const rti_bvh *t, const rti_bvh_box box[4], const 
     rti_f4_turn(p, by);
     memcpy(&blocks, count, sizeof blocks);
     blocks = (blocks + rti_i4_set(together - 1)) >> (int)t->together;
-    return ((by[0] + by[1]) + by[2]) * (rti_f4_set(t->b->cost_intersect) * rti_i4_floats(blocks));
+    return ((by[0] + by[1]) + by[2]) * (rti_f4_set(t->leaf_cost) * rti_i4_floats(blocks));
 }
 
 /* The bins below a plane, and the others. */

@@ -1,5 +1,6 @@
 /* From the binary tree, a BVH's or a kd-tree's, to a chunk of nodes of eight, whose slots bvh_fold.c chose. Subtrees that lie in
- * one part are a task each, which goes over its subtree twice: to count, then to write where the sums of the counts say.
+ * one part are a task each, which goes over its subtree twice: to count, then to write where the sums of the counts say. Of a
+ * kd-tree the chunk holds its own nodes, too, and behind all other references those of its leaves.
  */
 #include <string.h>
 
@@ -25,7 +26,6 @@ typedef struct writer {
     size_t task_count, task_capacity;
     const uint32_t *cuts; /* rti_bvh_cut */
     bool writing;
-    rtk_kdnode *kd;
     rtk_bvhnode *nodes;
     rtk_bvhblock *blocks;
     uint32_t *refs;
@@ -52,7 +52,7 @@ static uint32_t merge(const writer *w, uint32_t node, uint32_t to[RTI_BVH_MERGED
     while ((part = rti_bvh_next_leaf(t, w->cuts, &at)) != RTK_INVALID) {
         const rti_bvh_node *n = &t->nodes[part];
         for (uint32_t i = 0; i < n->count; i++) {
-            uint32_t same = t->spatial ? 0 : count;
+            uint32_t same = t->spatial || t->kd ? 0 : count;
             while (same < count && to[same] != t->order[n->child + i])
                 same++;
             if (same == count)
@@ -118,13 +118,6 @@ static bool in_blocks(const rti_bvh *t, leaf l)
     return true;
 }
 
-/* A leaf's references are from `first` on. */
-static void leaf_at(const writer *w, uint32_t node, uint32_t first)
-{
-    if (w->kd)
-        w->kd[node].a = first;
-}
-
 /* Places of a node's blocks that its leaves have not filled. */
 typedef struct holes {
     uint32_t count, first[RTK_BVH_WIDTH], room[RTK_BVH_WIDTH];
@@ -132,7 +125,7 @@ typedef struct holes {
 
 /* A leaf with blocks; at: what stands before it, moved on. One of less than a block goes into a hole that holds all of it: its
  * test takes as long as in a block of its own. Returns its first place. */
-static uint32_t put_blocked(const writer *w, uint32_t node, leaf l, totals *at, holes *h)
+static uint32_t put_blocked(const writer *w, leaf l, totals *at, holes *h)
 {
     const uint32_t count = l.count, need = (count + RTK_BVH_BLOCK - 1) / RTK_BVH_BLOCK;
     uint32_t first = at->blocks * RTK_BVH_BLOCK, end = first + need * RTK_BVH_BLOCK, i = 0;
@@ -150,10 +143,8 @@ static uint32_t put_blocked(const writer *w, uint32_t node, leaf l, totals *at, 
         at->blocks += need;
         at->filler += end - first - count;
     }
-    if (w->writing) {
+    if (w->writing)
         put_lanes(w, l.prims, count, first, end);
-        leaf_at(w, node, first);
-    }
     return first;
 }
 
@@ -170,17 +161,15 @@ static void put_all_blocked(const writer *w, const slots *s, totals *at, uint32_
     for (uint32_t size = RTK_BVH_BLOCK; size > 0; size--)
         for (uint32_t i = 0; i < s->count; i++)
             if (in_blocks(w->t, s->leaf[i]) && rtk_umin(s->leaf[i].count, RTK_BVH_BLOCK) == size)
-                child[i] = put_blocked(w, s->node[i], s->leaf[i], at, &h);
+                child[i] = put_blocked(w, s->leaf[i], at, &h);
 }
 
 /* A leaf's references without blocks, likewise. */
-static uint32_t put_plain(const writer *w, uint32_t node, leaf l, totals *at)
+static uint32_t put_plain(const writer *w, leaf l, totals *at)
 {
     uint32_t first = at->plain;
-    if (w->writing) {
+    if (w->writing)
         memcpy(w->refs + first, l.prims, l.count * sizeof *w->refs);
-        leaf_at(w, node, first);
-    }
     at->plain += l.count;
     return first;
 }
@@ -192,7 +181,7 @@ static uint32_t put_rest(const writer *w, uint32_t binary, totals *at)
     uint32_t count = 0, node;
     while ((node = rti_bvh_next_leaf(w->t, w->cuts, &below)) != RTK_INVALID) {
         const rti_bvh_node *n = &w->t->nodes[node];
-        put_plain(w, node, (leaf){w->t->order + n->child, n->count}, at);
+        put_plain(w, (leaf){w->t->order + n->child, n->count}, at);
         count += n->count;
     }
     return count;
@@ -236,7 +225,7 @@ static uint32_t put_node(const writer *w, const todo *it, totals *at, todo inner
     for (uint32_t i = 0; i < s.count; i++) {
         uint32_t child, count = s.leaf[i].count;
         if (count > 0) {
-            child = in_blocks(t, s.leaf[i]) ? places[i] : put_plain(w, s.node[i], s.leaf[i], at);
+            child = in_blocks(t, s.leaf[i]) ? places[i] : put_plain(w, s.leaf[i], at);
         } else if (it->depth + 1 >= t->depth) {
             child = at->plain;
             count = put_rest(w, s.node[i], at);
@@ -334,9 +323,9 @@ static void write_header(const rti_bvh *t, const totals *sum, rtk_tree_header *h
     h->kind = t->kd ? RTK_TREE_KD : RTK_TREE_BVH;
     h->node_count = t->kd ? t->kd_count : sum->nodes;
     h->wide_count = t->kd ? sum->nodes : 0;
-    h->ref_count = sum->blocks * RTK_BVH_BLOCK + sum->plain;
+    h->ref_count = sum->blocks * RTK_BVH_BLOCK + sum->plain + t->kd_ref_count;
     h->block_count = sum->blocks;
-    h->filler_count = sum->filler;
+    h->filler_count = t->kd ? h->ref_count - t->kd_ref_count : sum->filler;
     memcpy(h->lo, b->in->lo, sizeof h->lo);
     memcpy(h->hi, b->in->hi, sizeof h->hi);
     h->prim_count = b->prim_count;
@@ -352,27 +341,37 @@ static void write_header(const rti_bvh *t, const totals *sum, rtk_tree_header *h
     h->off_refs = aligned(wide + sum->nodes * sizeof(rtk_bvhnode) + sum->blocks * sizeof(rtk_bvhblock));
 }
 
+/* A kd-tree's own nodes, before `end`, and its references, at refs + first. */
+static void put_kd(const rti_bvh *t, char *bytes, char *end, uint32_t *refs, uint32_t first)
+{
+    rtk_kdnode *kd = (rtk_kdnode *)(void *)(bytes + aligned(sizeof(rtk_tree_header)));
+    for (uint32_t i = 0; i < t->kd_count; i++) {
+        kd[i] = t->kd[i].node;
+        if ((kd[i].b & 3u) == RTK_KD_LEAF)
+            kd[i].a += first;
+    }
+    memset(kd + t->kd_count, 0, (size_t)(end - (char *)(kd + t->kd_count)));
+    memcpy(refs + first, t->kd_refs, t->kd_ref_count * sizeof *refs);
+}
+
 static char *make_chunk(writer *w, const totals *sum, size_t *size)
 {
     const rti_bvh *t = w->t;
     size_t wide = aligned(sizeof(rtk_tree_header)) + (t->kd ? aligned(t->kd_count * sizeof *t->kd) : 0);
     size_t end = wide + sum->nodes * sizeof(rtk_bvhnode) + sum->blocks * sizeof(rtk_bvhblock);
-    uint64_t refs = (uint64_t)sum->blocks * RTK_BVH_BLOCK + sum->plain;
+    const uint64_t own = (uint64_t)sum->blocks * RTK_BVH_BLOCK + sum->plain, refs = own + t->kd_ref_count;
     char *bytes;
     *size = aligned(end) + refs * sizeof(uint32_t);
     bytes = sum->nodes <= RTI_NODE_MAX && refs <= RTI_REF_MAX ? rti_alloc(t->ctx, *size) : NULL;
     if (!bytes)
         return NULL;
     write_header(t, sum, (rtk_tree_header *)bytes);
-    if (t->kd) {
-        w->kd = (rtk_kdnode *)(void *)(bytes + aligned(sizeof(rtk_tree_header)));
-        memcpy(w->kd, t->kd, t->kd_count * sizeof *t->kd);
-        memset(w->kd + t->kd_count, 0, (size_t)(bytes + wide - (char *)(w->kd + t->kd_count)));
-    }
-    memset(bytes + end, 0, aligned(end) - end);
     w->nodes = (rtk_bvhnode *)(void *)(bytes + wide);
     w->blocks = (rtk_bvhblock *)(void *)(w->nodes + sum->nodes);
     w->refs = (uint32_t *)(void *)(bytes + aligned(end));
+    if (t->kd)
+        put_kd(t, bytes, bytes + wide, w->refs, (uint32_t)own);
+    memset(bytes + end, 0, aligned(end) - end);
     return bytes;
 }
 
@@ -439,7 +438,7 @@ rt_status rti_bvh_write(const rti_bvh *t, uint32_t root, double start, void **ch
 {
     writer w = {.t = t};
     char *bytes = NULL;
-    const size_t count = t->kd ? t->kd_count : t->node_capacity;
+    const size_t count = t->node_capacity;
     todo *list = rti_alloc_array(t->ctx, t->top_count + 1, sizeof *list);
     uint32_t *cuts = rti_alloc_array(t->ctx, count, sizeof *cuts);
     rt_status status = list && cuts ? fold(&w, root, cuts, list, &bytes, size) : RT_ERROR_MEMORY;

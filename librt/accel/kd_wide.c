@@ -16,28 +16,22 @@ static bool lists_nothing(const rti_bvh_node *n)
     return n->count == 0 && n->child == 0;
 }
 
-/* Nodes of the binary tree that rti_bvh_write takes, and the kd-tree's own. Children stand behind their parents. false:
- * cancelled. */
-static bool take_nodes(const rti_kd_node *from, uint32_t count, rti_cancel *cancel, rti_bvh_node *nodes, rtk_kdnode *kd)
+/* Inner nodes, behind which their children stand. false: cancelled. */
+static bool take_inner(const rti_bvh *t)
 {
-    for (uint32_t i = count; i-- > 0;) {
-        if (i % 65536 == 0 && rti_cancelled(cancel))
+    for (uint32_t i = t->kd_count; i-- > 0;) {
+        const rtk_kdnode *kd = &t->kd[i].node;
+        rti_bvh_node *n = &t->nodes[i];
+        if (i % 65536 == 0 && rti_cancelled(t->b->cancel))
             return false;
-        rti_bvh_node *n = &nodes[i];
-        kd[i] = from[i].node;
-        *n = (rti_bvh_node){{RTK_INF, RTK_INF, RTK_INF}, 0, {-RTK_INF, -RTK_INF, -RTK_INF}, 0};
-        if ((kd[i].b & 3u) == RTK_KD_LEAF) {
-            memcpy(n->lo, from[i].lo, sizeof n->lo);
-            memcpy(n->hi, from[i].hi, sizeof n->hi);
-            n->count = kd[i].b >> 2;
-            n->child = n->count > 0 ? kd[i].a : 0;
+        if ((kd->b & 3u) == RTK_KD_LEAF)
             continue;
-        }
+        *n = (rti_bvh_node){{RTK_INF, RTK_INF, RTK_INF}, 0, {-RTK_INF, -RTK_INF, -RTK_INF}, 0};
         for (uint32_t k = 0; k < 2; k++) {
-            const rti_bvh_node *c = &nodes[(kd[i].b >> 2) + k];
+            const rti_bvh_node *c = &t->nodes[(kd->b >> 2) + k];
             if (lists_nothing(c))
                 continue;
-            n->child = kd[i].b >> 2;
+            n->child = kd->b >> 2;
             for (int a = 0; a < 3; a++) {
                 n->lo[a] = rtk_min(c->lo[a], n->lo[a]);
                 n->hi[a] = rtk_max(c->hi[a], n->hi[a]);
@@ -50,28 +44,30 @@ static bool take_nodes(const rti_kd_node *from, uint32_t count, rti_cancel *canc
 rt_status rti_kd_widen(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size)
 {
     const rtk_tree_header *h = *chunk;
-    const uint32_t count = h->node_count;
-    rti_bvh t = {.ctx = ctx, .b = b, .kd_count = count};
+    const char *bytes = *chunk;
+    rti_bvh t = {.ctx = ctx, .b = b};
     void *wide = NULL;
     size_t wide_size = 0;
-    rt_status status = RT_ERROR_MEMORY;
-    rtk_kdnode *kd = rti_alloc_array(ctx, count, sizeof *kd);
-    t.kd = kd;
-    t.nodes = rti_alloc_array(ctx, count, sizeof *t.nodes);
-    t.order = (uint32_t *)(void *)((char *)*chunk + h->off_refs);
+    rt_status status;
+    t.kd = (const rti_kd_node *)(const void *)(bytes + h->off_nodes);
+    t.kd_count = h->node_count;
+    t.kd_refs = (const uint32_t *)(const void *)(bytes + h->off_refs);
+    t.kd_ref_count = h->ref_count;
     t.blocks = b->in->tri_count > 0;
     t.depth = RTK_BVH_DEPTH;
-    t.top_count = count < TOP ? count : TOP;
+    t.together = t.blocks ? 2 : 0;
+    t.leaf_cost = b->cost_traverse;
+    t.most = RTI_BVH_MERGED;
+    t.top_count = rtk_umin(t.kd_count, TOP);
     t.unit = rti_bvh_unit(b->in);
     t.grow2 = rti_f4_set(0.0f);
-    if (kd && t.nodes) {
-        const rti_kd_node *from = (const rti_kd_node *)(const void *)((const char *)h + h->off_nodes);
+    status = rti_kd_cut_leaves(&t);
+    if (status == RT_OK && !take_inner(&t))
         status = RT_ERROR_CANCELLED;
-        if (take_nodes(from, count, b->cancel, t.nodes, kd))
-            status = rti_bvh_write(&t, lists_nothing(&t.nodes[0]) ? RTK_INVALID : 0, start, &wide, &wide_size);
-    }
-    rti_free(ctx, t.nodes, count * sizeof *t.nodes);
-    rti_free(ctx, kd, count * sizeof *kd);
+    if (status == RT_OK)
+        status = rti_bvh_write(&t, lists_nothing(&t.nodes[0]) ? RTK_INVALID : 0, start, &wide, &wide_size);
+    rti_free(ctx, t.nodes, t.node_capacity * sizeof *t.nodes);
+    rti_free(ctx, t.order, t.kd_ref_count * sizeof *t.order);
     rti_free(ctx, *chunk, *size);
     *chunk = wide;
     *size = wide_size;

@@ -195,6 +195,26 @@ unsigned rti_ref_cut(const rti_build *b, const rti_cell *cell, const rti_ref *re
     return sides;
 }
 
+bool rti_ref_clip(const rti_build *b, const rti_cell *cell, uint32_t prim, rti_ref *out)
+{
+    const rtk_tri *tri = &b->in->tris[prim];
+    const double grow = b->in->grow;
+    double lo[3], hi[3];
+    polygon bufs[2];
+    int n = 3, at;
+    for (int a = 0; a < 3; a++) {
+        bufs[0][0][a] = tri->v0[a];
+        bufs[0][1][a] = tri->v1[a];
+        bufs[0][2][a] = tri->v2[a];
+        lo[a] = cell->lo[a] - grow;
+        hi[a] = cell->hi[a] + grow;
+    }
+    out->prim = prim;
+    out->pad = 0;
+    at = clip_cell(bufs, &n, lo, hi);
+    return polygon_box((const double(*)[3])bufs[at], n, b->in->grow, cell->lo, cell->hi, out);
+}
+
 #define ROOT_CHUNK 16384u
 
 typedef struct root_job {

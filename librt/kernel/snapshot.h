@@ -113,8 +113,8 @@ typedef struct rtk_octnode {
  *   leaf    count references from refs[child] on
  *   empty   child and count 0, lo +inf and hi -inf; behind the others
  * Slots descend in the area of their boxes.
- * A kd-tree is folded into such nodes as well, for walks in vectors: its leaves are those of the kd-tree but for the empty ones, its
- * boxes what lies in the cells. */
+ * A kd-tree is folded into such nodes as well, for walks in vectors: its leaves are pieces of the kd-tree's, or several of these,
+ * which list a triangle once, its boxes what lies in the cells. */
 #define RTK_BVH_WIDTH 8u
 typedef struct rtk_bvhnode {
     float box[3][2][RTK_BVH_WIDTH]; /* [axis][lo, hi][slot]: grown by RTK_GROW * scale (ray.h, theory point 3); a kd-tree's cut to the cell */
@@ -125,7 +125,7 @@ typedef struct rtk_bvhnode {
  * leaf with child < 4 * block_count holds triangles alone, and its blocks are child / 4 to (child + count + 3) / 4 - 1. Leaves of
  * less than four triangles may share one; what is over in a block repeats a triangle of it, in the block and in refs. A walk may
  * test whole blocks. Leaves over anything else have their references behind 4 * block_count; so have all where a tree has
- * no blocks. */
+ * no blocks, and a kd-tree's own nodes. */
 #define RTK_BVH_BLOCK 4u
 typedef struct rtk_bvhblock {
     float v0[3][RTK_BVH_BLOCK], v1[3][RTK_BVH_BLOCK], v2[3][RTK_BVH_BLOCK];
@@ -144,7 +144,7 @@ typedef struct rtk_tree_header {
     float build_seconds; /* a fact about this build; not part of the chunk's hash */
     rtk_u32 block_count; /* BVH and kd-tree; 0: no leaf has blocks */
     rtk_u64 off_nodes, off_refs, off_blocks;
-    rtk_u32 filler_count; /* references, among ref_count, that only fill up blocks */
+    rtk_u32 filler_count; /* references, among ref_count, that only fill up blocks; of a kd-tree all but its own nodes' */
     float built_cost;     /* of a BVH that was refitted: what it cost when it was built (accel/bvh_refit.c); else 0 */
     rtk_u64 off_wide;     /* kd-tree: its leaves by eights, wide_count nodes */
     rtk_u32 wide_count, pad;

@@ -94,7 +94,7 @@ static void test_builders_costs(void **state)
     q.tracer = "kdtree";
     d.builder = "exact";
     kit_ok(ctx, rt_scene_commit(s, &d));
-    assert_true(shape_of(s, &q).cost_intersect == 0.25f);
+    assert_true(shape_of(s, &q).cost_intersect == 0.0625f);
     d.builder = "paper"; /* as published: a triangle costs a step */
     kit_ok(ctx, rt_scene_commit(s, &d));
     assert_true(shape_of(s, &q).cost_intersect == 1.0f && shape_of(s, &q).cost_traverse == 1.0f);

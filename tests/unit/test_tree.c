@@ -91,9 +91,8 @@ static void test_small(void **state)
     rt_context_destroy(ctx);
 }
 
-/* Does a ray that passes a point meet the leaf of a kd-tree whose references stand from `first` on: is it in all boxes around it?
- */
-static bool boxed(const rtk_tree *tree, const double at[3], uint32_t first)
+/* Does a ray that passes a point meet a triangle of a kd-tree: is it listed where the point is in all boxes around? */
+static bool boxed(const rtk_tree *tree, const double at[3], uint32_t prim)
 {
     rti_tree_spot stack[RTI_TREE_WALK];
     uint32_t top = 1, refs;
@@ -101,8 +100,9 @@ static bool boxed(const rtk_tree *tree, const double at[3], uint32_t first)
     while (top > 0) {
         rti_tree_spot spot = stack[--top], children[RTI_TREE_CHILDREN];
         uint32_t n = rti_tree_kind_of(RTK_TREE_BVH)->open(tree, &spot, children, &refs);
-        if (n == 0 && spot.node == first)
-            return true;
+        for (uint32_t i = 0; n == 0 && i < refs; i++)
+            if (tree->refs[spot.node + i] == prim)
+                return true;
         for (uint32_t i = 0; i < n; i++) {
             bool in = true;
             for (int a = 0; a < 3; a++)
@@ -132,7 +132,7 @@ static bool listed(const rtk_tree *tree, const double at[3], uint32_t prim)
             }
         }
     first = tree->kind == RTK_TREE_KD ? tree->kd[spot.node].a : tree->oct[spot.node].first;
-    if (tree->kind == RTK_TREE_KD && refs > 0 && !boxed(tree, at, first))
+    if (tree->kind == RTK_TREE_KD && refs > 0 && !boxed(tree, at, prim))
         return false;
     for (uint32_t i = 0; i < refs; i++)
         if (tree->refs[first + i] == prim)
@@ -396,7 +396,7 @@ static void test_sizes(void **state)
             rti_build_input in = test_input(&m);
             rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = builders[b]});
             if (scales[i] < 1.0e30f && scales[i] > 1.0e-20f)
-                assert_true(h.largest_leaf < 40);
+                assert_true(h.largest_leaf < (b < 2 ? 80 : 17)); /* of a kd-tree one that is cut into pieces again */
             test_mesh_free(&m);
         }
     rt_context_destroy(ctx);
@@ -425,7 +425,7 @@ static void test_settings(void **state)
         s.builder = builders[b];
         rtk_tree_header got = build(ctx, &in, &s);
         assert_true(got.depth <= 5);
-        assert_true(got.ref_count <= 3000 * 3 / 2 + 64);
+        assert_true(got.ref_count - got.filler_count <= 3000 * 3 / 2 + 64);
     }
     s = (rti_build_settings){.max_depth = 4000000000u, .duplication = 1.0e30f};
     for (int b = 0; b < BUILDERS; b++) {
