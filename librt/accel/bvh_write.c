@@ -402,6 +402,9 @@ static bool too_large(const rti_bvh *t, const totals *sum)
     return t->b->in->tri_count > 0 && !t->spatial && !t->kd && bytes > (t->blocks ? 60u : 34u) * (uint64_t)t->b->prim_count;
 }
 
+/* Where a node costs so many times a primitive's share of the root's area, no other costs count. */
+#define DEAREST 1048576.0f
+
 /* A node takes its 256 bytes whatever it holds. Where bytes count, it costs so many times what one with a primitive's share of
  * the root's area does, and nodes are filled. */
 static float node_cost(const rti_bvh *t, float times)
@@ -416,8 +419,8 @@ static rt_status fold(writer *w, uint32_t root, uint32_t *cuts, todo *list, char
     rt_status status = RT_OK;
     if (root != RTK_INVALID)
         status = count_all(w, root, node_cost(w->t, compact ? 2.0f : 0.0f), cuts, list, &sum);
-    if (status == RT_OK && root != RTK_INVALID && too_large(w->t, &sum))
-        status = count_all(w, root, node_cost(w->t, 16.0f), cuts, list, &sum);
+    for (float times = 16.0f; status == RT_OK && root != RTK_INVALID && too_large(w->t, &sum) && times <= DEAREST; times *= 16.0f)
+        status = count_all(w, root, node_cost(w->t, times), cuts, list, &sum);
     if (status != RT_OK)
         return status;
     *bytes = make_chunk(w, &sum, size);

@@ -364,6 +364,9 @@ RTI_VEC void packet_know(packet *p, const rtk_part *part)
         vec left;
         memcpy(&late, p->late + at, sizeof late);
         here = (vec_bits)(late != RTK_INVALID);
+        memcpy(&left, &here, sizeof left); /* lanes of all ones are no numbers */
+        if ((LANES_ALL & ~VM(bits)(V(eq)(left, left))) == 0u)
+            continue; /* nor need there be references then */
         late &= here;
         memcpy(some, &late, sizeof some);
         for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
@@ -378,7 +381,7 @@ RTI_VEC void packet_know(packet *p, const rtk_part *part)
         memcpy(p->prim + at, &prim, sizeof prim);
         memcpy(p->geom + at, &geom, sizeof geom);
         here &= ~known;
-        memcpy(&left, &here, sizeof left); /* lanes of all ones are no numbers */
+        memcpy(&left, &here, sizeof left);
         for (others = LANES_ALL & ~VM(bits)(V(eq)(left, left)); others != 0u; others &= others - 1u) {
             const rtk_u32 i = (rtk_u32)__builtin_ctz(others);
             lane[n] = at + i;

@@ -322,6 +322,41 @@ static void test_kept(void **state)
     check_kept(TEST_MANY(200000));
 }
 
+/* Triangles nearly as large as all of it together, and needles along the axes: boxes lie on each other, so what nodes cost is all
+ * area, and bytes are kept only where that is made to count more and more. */
+static void test_kept_large(void **state)
+{
+    rt_context *ctx = context(2);
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        test_mesh m = {0};
+        test_rng r = {17};
+        if (i == 0)
+            test_mesh_soup(&m, 12454, 1.5f, 413);
+        for (uint32_t k = 0; i == 1 && k < 2139; k++) {
+            float v[3][3];
+            for (int c = 0; c < 3; c++)
+                for (int a = 0; a < 3; a++)
+                    v[c][a] = c == 0 ? test_range(&r, -1, 1) : v[0][a] + test_range(&r, -0.001f, 0.001f);
+            v[2][k % 3] = test_range(&r, -1, 1);
+            test_mesh_add(&m, v[0], v[1], v[2]);
+        }
+        rti_build_input in = test_input(&m);
+        for (uint32_t builder = RTI_BUILD_BVH; builder <= RTI_BUILD_BVH_COMPACT; builder++) {
+            void *chunk;
+            size_t size;
+            assert_int_equal(rti_tree_build(ctx, &in, &(rti_build_settings){.builder = builder}, NULL, &chunk, &size), RT_OK);
+            print_message("%s, builder %u: %.1f bytes a triangle\n", i == 0 ? "large" : "needles", builder,
+                          (double)size / m.count);
+            assert_true((double)size <= (builder == RTI_BUILD_BVH ? 60.0 : 35.0) * m.count);
+            assert_true(rti_tree_valid(chunk, size, m.count));
+            rti_free(ctx, chunk, size);
+        }
+        test_mesh_free(&m);
+    }
+    rt_context_destroy(ctx);
+}
+
 /* Ten million triangles: built and asked, behind LIBRT_FULL. */
 static void test_ten_million(void **state)
 {
@@ -571,13 +606,11 @@ static void test_cancel(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_bytes),  cmocka_unit_test(test_small),
-        cmocka_unit_test(test_lists),       cmocka_unit_test(test_copies),
-        cmocka_unit_test(test_hard_soups),  cmocka_unit_test(test_spatial),
-        cmocka_unit_test(test_kept),        cmocka_unit_test(test_ten_million),
-        cmocka_unit_test(test_degenerate),  cmocka_unit_test(test_flat),
-        cmocka_unit_test(test_sizes),       cmocka_unit_test(test_settings),
-        cmocka_unit_test(test_binned_cost), cmocka_unit_test(test_allocation_failure),
+        cmocka_unit_test(test_same_bytes), cmocka_unit_test(test_small),       cmocka_unit_test(test_lists),
+        cmocka_unit_test(test_copies),     cmocka_unit_test(test_hard_soups),  cmocka_unit_test(test_spatial),
+        cmocka_unit_test(test_kept),       cmocka_unit_test(test_kept_large),  cmocka_unit_test(test_ten_million),
+        cmocka_unit_test(test_degenerate), cmocka_unit_test(test_flat),        cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_settings),   cmocka_unit_test(test_binned_cost), cmocka_unit_test(test_allocation_failure),
         cmocka_unit_test(test_cancel),
     };
 #ifdef __SANITIZE_THREAD__
