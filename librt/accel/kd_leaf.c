@@ -30,7 +30,7 @@ typedef struct cutter {
     size_t item_capacity, spare_capacity, key_capacity, span_capacity, span_count;
 } cutter;
 
-/* A number that is less where x is, not negative: the order of equal ones is that of `index`. */
+/* Keys are in the order of x, and where that is equal in that of `index`, which is their lower half. */
 static uint64_t key_of(float x, uint32_t index)
 {
     uint32_t bits;
@@ -132,7 +132,7 @@ static void take_items(const cutter *c, const large *l)
 {
     const rti_build_input *in = c->t->b->in;
     const rti_kd_node *leaf = &c->t->kd[l->node];
-    const rti_bvh_box all = {{leaf->lo[0], leaf->lo[1], leaf->lo[2], 0.0f}, {leaf->hi[0], leaf->hi[1], leaf->hi[2], 0.0f}};
+    const rti_bvh_box all = {{leaf->lo[0], leaf->lo[1], leaf->lo[2]}, {leaf->hi[0], leaf->hi[1], leaf->hi[2]}};
     const rti_f4 grow = rti_f4_set(in->grow);
     rti_cell cell;
     rti_ref clipped;

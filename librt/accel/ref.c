@@ -54,6 +54,23 @@ static int clip_cell(polygon bufs[2], int *n, const double lo[3], const double h
     return now;
 }
 
+/* A triangle clipped to a cell, grown. Returns which buffer holds the result, of *n vertices. */
+static int clip_triangle(const rti_build *b, const rti_cell *cell, uint32_t prim, polygon bufs[2], int *n)
+{
+    const rtk_tri *tri = &b->in->tris[prim];
+    const double grow = b->in->grow;
+    double lo[3], hi[3];
+    for (int a = 0; a < 3; a++) {
+        bufs[0][0][a] = tri->v0[a];
+        bufs[0][1][a] = tri->v1[a];
+        bufs[0][2][a] = tri->v2[a];
+        lo[a] = cell->lo[a] - grow;
+        hi[a] = cell->hi[a] + grow;
+    }
+    *n = 3;
+    return clip_cell(bufs, n, lo, hi);
+}
+
 /* The polygon's box, grown and cut to the cell. */
 static bool polygon_box(const polygon p, int n, float grow, const float cell_lo[3], const float cell_hi[3], rti_ref *out)
 {
@@ -168,21 +185,13 @@ unsigned rti_ref_cut(const rti_build *b, const rti_cell *cell, const rti_ref *re
     }
     if (b->builder == RTI_BUILD_KD_BINNED)
         return cut_plane(b, ref, axis, pos, left, right);
-    const rtk_tri *tri = &b->in->tris[ref->prim];
-    double grow = b->in->grow, lo[3], hi[3];
+    const double grow = b->in->grow;
     polygon bufs[2], half;
     float mid_lo[3], mid_hi[3];
-    int n = 3, at;
-    for (int a = 0; a < 3; a++) {
-        bufs[0][0][a] = tri->v0[a];
-        bufs[0][1][a] = tri->v1[a];
-        bufs[0][2][a] = tri->v2[a];
-        lo[a] = cell->lo[a] - grow;
-        hi[a] = cell->hi[a] + grow;
-        mid_lo[a] = cell->lo[a];
-        mid_hi[a] = cell->hi[a];
-    }
-    at = clip_cell(bufs, &n, lo, hi);
+    int n;
+    const int at = clip_triangle(b, cell, ref->prim, bufs, &n);
+    memcpy(mid_lo, cell->lo, sizeof mid_lo);
+    memcpy(mid_hi, cell->hi, sizeof mid_hi);
     mid_lo[axis] = pos;
     mid_hi[axis] = pos;
     unsigned sides = 0;
@@ -197,21 +206,11 @@ unsigned rti_ref_cut(const rti_build *b, const rti_cell *cell, const rti_ref *re
 
 bool rti_ref_clip(const rti_build *b, const rti_cell *cell, uint32_t prim, rti_ref *out)
 {
-    const rtk_tri *tri = &b->in->tris[prim];
-    const double grow = b->in->grow;
-    double lo[3], hi[3];
     polygon bufs[2];
-    int n = 3, at;
-    for (int a = 0; a < 3; a++) {
-        bufs[0][0][a] = tri->v0[a];
-        bufs[0][1][a] = tri->v1[a];
-        bufs[0][2][a] = tri->v2[a];
-        lo[a] = cell->lo[a] - grow;
-        hi[a] = cell->hi[a] + grow;
-    }
+    int n;
+    const int at = clip_triangle(b, cell, prim, bufs, &n);
     out->prim = prim;
     out->pad = 0;
-    at = clip_cell(bufs, &n, lo, hi);
     return polygon_box((const double(*)[3])bufs[at], n, b->in->grow, cell->lo, cell->hi, out);
 }
 

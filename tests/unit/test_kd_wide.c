@@ -61,6 +61,7 @@ static entry *look_at(const rtk_tree *tree, uint32_t refs, const leaf *wide, uin
                       uint32_t *count)
 {
     entry *all = malloc(refs * sizeof *all);
+    uint32_t others = 0;
     *count = 0;
     for (uint32_t i = 0; i < n; i++) {
         const bool plain = wide[i].first >= RTK_BVH_BLOCK * tree->block_count;
@@ -73,17 +74,23 @@ static entry *look_at(const rtk_tree *tree, uint32_t refs, const leaf *wide, uin
             all[(*count)++] = (entry){prim, i};
         }
         assert_int_equal(other, plain);
-        assert_true(plain ? mixed : wide[i].count <= 16);
+        assert_true(plain || wide[i].count <= 16);
+        others += plain;
     }
+    assert_int_equal(others > 0, mixed);
     qsort(all, *count, sizeof *all, by_prim);
     return all;
 }
 
-/* All that a kd-tree's leaf lists is listed by the nodes of eight, too, where they reach into its cell; and they no more often.
- */
-static void compare(const rtk_tree *tree, const leaf *kd, uint32_t kd_count, const leaf *wide, const entry *all, uint32_t count)
+/* All that a kd-tree's leaf lists is listed by the nodes of eight, too, where they reach into its cell; and they no more often. A
+ * box is inside the cells that list what it holds. */
+static void compare(const rtk_tree *tree, const leaf *kd, uint32_t kd_count, const leaf *wide, uint32_t wide_count,
+                    const entry *all, uint32_t count)
 {
+    leaf *cells = malloc(wide_count * sizeof *cells); /* around them */
     uint32_t listed = 0;
+    for (uint32_t i = 0; i < wide_count; i++)
+        cells[i] = (leaf){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, 0, 0};
     for (uint32_t i = 0; i < kd_count; i++) {
         listed += kd[i].count;
         for (uint32_t j = 0; j < kd[i].count; j++) {
@@ -97,12 +104,24 @@ static void compare(const rtk_tree *tree, const leaf *kd, uint32_t kd_count, con
                 else
                     high = middle;
             }
-            for (; low < count && all[low].prim == prim && !found; low++)
-                found = overlap(&wide[all[low].leaf], &kd[i]);
+            for (; low < count && all[low].prim == prim; low++) {
+                leaf *around = &cells[all[low].leaf];
+                if (!overlap(&wide[all[low].leaf], &kd[i]))
+                    continue;
+                found = true;
+                for (int a = 0; a < 3; a++) {
+                    around->lo[a] = fminf(around->lo[a], kd[i].lo[a]);
+                    around->hi[a] = fmaxf(around->hi[a], kd[i].hi[a]);
+                }
+            }
             assert_true(found);
         }
     }
     assert_true(count <= listed);
+    for (uint32_t i = 0; i < wide_count; i++)
+        for (int a = 0; a < 3; a++)
+            assert_true(cells[i].lo[a] <= wide[i].lo[a] && wide[i].lo[a] <= wide[i].hi[a] && wide[i].hi[a] <= cells[i].hi[a]);
+    free(cells);
 }
 
 /* The nodes of eight hold what a kd-tree's leaves do: triangles alone in blocks, of a large leaf in pieces. */
@@ -144,7 +163,7 @@ static void test_wide(void **state)
         entry *all = look_at(&tree, h->ref_count, wide, many, in.tri_count, k == 3, &count);
         assert_int_equal(n, h->leaf_count - h->empty_leaf_count);
         assert_true(k != 0 || h->largest_leaf >= 500);
-        compare(&tree, kd, n, wide, all, count);
+        compare(&tree, kd, n, wide, many, all, count);
         free(all);
         free(kd);
         free(wide);

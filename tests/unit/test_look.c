@@ -95,6 +95,9 @@ static void test_builders_costs(void **state)
     d.builder = "exact";
     kit_ok(ctx, rt_scene_commit(s, &d));
     assert_true(shape_of(s, &q).cost_intersect == 0.0625f);
+    kit_sphere(s, 3.0f, 0.0f, 0.0f, 0.5f); /* shapes are met one by one */
+    kit_ok(ctx, rt_scene_commit(s, &d));
+    assert_true(shape_of(s, &q).cost_intersect == 0.25f);
     d.builder = "paper"; /* as published: a triangle costs a step */
     kit_ok(ctx, rt_scene_commit(s, &d));
     assert_true(shape_of(s, &q).cost_intersect == 1.0f && shape_of(s, &q).cost_traverse == 1.0f);
