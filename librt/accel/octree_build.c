@@ -7,6 +7,11 @@
 
 #define STACK_MAX (7u * RTK_OCT_DEPTH + 8u)
 
+/* What products lose that are denormal or zero: an edge and a coordinate (or two edges) each less than 2^-148, here with room for
+ * all of a sum; LOST_NORMAL is multiplied as the normal's own roundings are. */
+#define LOST        1e-42f
+#define LOST_NORMAL 1e-38f
+
 /* Three coordinates by axis a, twice, so that those of the axes after it are a load away. The fourth lane is nobody's. */
 typedef struct turned {
     float at[8];
@@ -29,9 +34,9 @@ static inline rti_f4 turned_by(const turned *t, int by)
 static inline unsigned by_plane(const turned *e, const turned *f, const turned *v, rti_f4 half, rti_f4 room)
 {
     rti_f4 x = turned_by(e, 1) * turned_by(f, 2), y = turned_by(e, 2) * turned_by(f, 1), n = x - y, v0 = turned_by(v, 0);
-    rti_f4 d = n * v0, reach = rti_f4_abs(n) * room + (rti_f4_abs(x) + rti_f4_abs(y)) * (rti_f4_abs(v0) + half) * 2.0e-6f,
-           h = n * half;
-    float most = reach[0] + reach[1] + reach[2], mid = d[0] + d[1] + d[2];
+    rti_f4 d = n * v0, lost = rti_f4_abs(x) + rti_f4_abs(y) + rti_f4_set(LOST_NORMAL);
+    rti_f4 reach = rti_f4_abs(n) * room + lost * (rti_f4_abs(v0) + half) * 2.0e-6f, h = n * half;
+    float most = (reach[0] + reach[1] + reach[2]) + LOST, mid = d[0] + d[1] + d[2];
     rti_f4 s = mid + h[0] * (rti_f4){1, -1, 1, -1} + h[1] * (rti_f4){1, 1, -1, -1};
     rti_i4 low = (rti_i4){1, 2, 4, 8} & ~(rti_f4_abs(s + h[2]) > most),
            high = (rti_i4){16, 32, 64, 128} & ~(rti_f4_abs(s - h[2]) > most);
@@ -52,7 +57,7 @@ static inline unsigned by_edges(const turned v[3], const turned e[3], const turn
         rti_f4 eb = turned_by(&e[i], 1), eg = turned_by(&e[i], 2);
         rti_f4 x = eb * turned_by(&v[i], 2) - eg * turned_by(&v[i], 1), y = eb * turned_by(o, 2) - eg * turned_by(o, 1);
         rti_f4 by_b = eg * turned_by(half, 1), by_g = eb * turned_by(half, 2), sum = by_g + by_b, less = by_g - by_b;
-        rti_f4 reach = rti_f4_abs(eb) * turned_by(room, 2) + rti_f4_abs(eg) * turned_by(room, 1);
+        rti_f4 reach = rti_f4_abs(eb) * turned_by(room, 2) + rti_f4_abs(eg) * turned_by(room, 1) + rti_f4_set(LOST);
         rti_f4 low = rti_f4_min(y, x) - reach, high = rti_f4_max(x, y) + reach;
         out[0] |= (low > -less) | (high < -less);
         out[1] |= (low > -sum) | (high < -sum);

@@ -51,7 +51,7 @@ typedef struct rtk_shape {
 #define RTK_PARTS 4
 typedef struct rtk_part_header {
     float lo[3], hi[3]; /* grown by RTK_GROW * scale */
-    float scale;        /* largest absolute coordinate of the bounds before growth, at least 1e-30 */
+    float scale;        /* largest absolute coordinate of the bounds before growth, at least RTK_LEAST */
     rtk_u32 count;      /* primitives */
 } rtk_part_header;
 

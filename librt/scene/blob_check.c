@@ -192,7 +192,7 @@ static const char *check_top(const rti_snapshot *s)
         !rti_blob_span(s->top, sizeof *head, head->off_motions, head->motion_count, sizeof(rtk_motion)))
         return "the table of instances does not fit its chunk";
     inst = rti_chunk_at(s->top, head->off_instances);
-    if (!rti_blob_finite(head->lo, 6, 3.4028235e38f) || !(head->scale >= 1.0e-30f && head->scale <= FLOAT_MOST))
+    if (!rti_blob_finite(head->lo, 6, 3.4028235e38f) || !(head->scale >= RTK_LEAST && head->scale <= FLOAT_MOST))
         return "the box of the instances is none";
     for (uint32_t i = 0; i < head->instance_count; i++) {
         if (inst[i].id != i)

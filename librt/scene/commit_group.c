@@ -81,7 +81,7 @@ static void measure(rt_context *ctx, const rtk_group_header *head, const uint8_t
                    .tri_count = head->tri_count,
                    .count = count};
     float box[6] = {FLT_MAX, FLT_MAX, FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX}, grow = 0.0f;
-    out->scale = 1.0e-30f;
+    out->scale = RTK_LEAST;
     out->count = count;
     if (count > 0) {
         for (uint32_t i = 0; i < BOX_TASKS; i++)

@@ -111,7 +111,7 @@ static void grow_all(const top *t, uint32_t count)
 {
     rtk_instance *instances = t->instances;
     rtk_top_header *head = t->head;
-    float plain = 1.0e-30f, constant = 0.0f, reach;
+    float plain = RTK_LEAST, constant = 0.0f, reach;
     for (uint32_t i = 0; i < count; i++) {
         float by[3];
         if (!in_tree(&instances[i]))
@@ -125,7 +125,7 @@ static void grow_all(const top *t, uint32_t count)
         head->lo[k] = FLT_MAX;
         head->hi[k] = -FLT_MAX;
     }
-    head->scale = 1.0e-30f;
+    head->scale = RTK_LEAST;
     for (uint32_t i = 0; i < count; i++) {
         if (!(instances[i].lo[0] <= instances[i].hi[0]))
             continue;
