@@ -151,14 +151,24 @@ RTK_COLD int rtk_ray_approach(rtk_vec3 dir, rtk_vec3 lo, rtk_vec3 hi, float scal
     return rtk_finite(org->x + org->y + org->z) && rtk_finite(*shift) && rtk_maxabs(*org) <= RTK_FAR * scale;
 }
 
+/* Does a ray that starts far away miss a box for certain, whatever moving its origin does to it? The slabs are good to some 2^-22 of
+ * the way there, and so is the moved ray; the box is grown by sixteen times that. */
+RTK_FN int rtk_ray_passes(rtk_ray r, rtk_vec3 inv, rtk_vec3 lo, rtk_vec3 hi, float scale)
+{
+    float grow = 3.8146973e-06f * (rtk_maxabs(r.org) + scale), t0 = -RTK_INF, t1 = RTK_INF;
+    rtk_slab(r.org, inv, rtk_v3(lo.x - grow, lo.y - grow, lo.z - grow), rtk_v3(hi.x + grow, hi.y + grow, hi.z + grow), &t0, &t1);
+    return t1 < t0 || (t1 < 0.0f && r.tmin >= 0.0f);
+}
+
 /* Makes a valid ray ready for a group with grown bounds [lo, hi] and the given scale. Returns 0 when the ray misses the
  * bounds inside (tmin, tmax): then it misses the group, by definition and for every tracer.  */
-RTK_FN int rtk_ray_prepare(rtk_ray r, rtk_vec3 lo, rtk_vec3 hi, float scale, rtk_pray *out)
+RTK_INLINE int rtk_ray_prepare_here(rtk_ray r, rtk_vec3 lo, rtk_vec3 hi, float scale, rtk_pray *out)
 {
     float t0 = -RTK_INF, t1 = RTK_INF, shift = 0.0f;
     rtk_vec3 org = r.org, inv = rtk_v3(rtk_inverse(r.dir.x), rtk_inverse(r.dir.y), rtk_inverse(r.dir.z));
     rtk_vec3 a = rtk_vabs(r.dir);
-    if (rtk_maxabs(org) > RTK_FAR * scale && !rtk_ray_approach(r.dir, lo, hi, scale, &org, &shift))
+    if (rtk_maxabs(org) > RTK_FAR * scale &&
+        (rtk_ray_passes(r, inv, lo, hi, scale) || !rtk_ray_approach(r.dir, lo, hi, scale, &org, &shift)))
         return 0;
     rtk_slab(org, inv, lo, hi, &t0, &t1);
     if (!(t0 <= t1) || shift + t1 < r.tmin || shift + t0 > r.tmax)
@@ -196,6 +206,11 @@ RTK_FN int rtk_ray_prepare(rtk_ray r, rtk_vec3 lo, rtk_vec3 hi, float scale, rtk
     out->sx = rtk_axis(r.dir, out->kx) / out->kdz;
     out->sy = rtk_axis(r.dir, out->ky) / out->kdz;
     return 1;
+}
+
+RTK_FN int rtk_ray_prepare(rtk_ray r, rtk_vec3 lo, rtk_vec3 hi, float scale, rtk_pray *out)
+{
+    return rtk_ray_prepare_here(r, lo, hi, scale, out);
 }
 
 #endif

@@ -21,7 +21,7 @@ RTK_FN int RTK_NAME(group)(rtk_query *q, rtk_ray ray)
     rtk_pray r;
     for (i = 0u; i < n; i++) {
         RT_GLOBAL const rtk_part *p = &g->parts[i];
-        if (rtk_ray_prepare(ray, p->lo, p->hi, p->scale, &r) && RTK_NAME(group_walk)(q, p->RTK_TREE, p->count, &r, q->outer))
+        if (rtk_ray_prepare_here(ray, p->lo, p->hi, p->scale, &r) && RTK_NAME(group_walk)(q, p->RTK_TREE, p->count, &r, q->outer))
             return 1;
     }
     return 0;

@@ -1,5 +1,6 @@
 /* Rays of plain arrays are gathered into blocks, traced, and their hits scattered: MANY at a time in a room of the context, which
- * a tracer can do most with (coherent ones NEAR at a time); a few, or where no memory is to be had, on the stack. */
+ * a tracer can do most with (coherent ones NEAR at a time); some, or where no memory is to be had, on the stack. A few go one by
+ * one, without blocks. */
 #include "arrays.h"
 
 #include "gather.h"
@@ -8,6 +9,7 @@
 #define NEAR    1024u /* coherent rays, for which blocks had better stay in the nearer caches */
 #define FEW     256u  /* 15 KiB of blocks */
 #define ROOMY   32u   /* rays for which a room is taken */
+#define ALONE   8u    /* rays from which on they go together; fewer: each goes by itself */
 #define HITS_AT (MANY / RTK_BLOCK * sizeof(rtk_trace_block))
 #define ROOM_AT (HITS_AT + MANY / RTK_BLOCK * sizeof(rtk_hit_block))
 #define ROOM    (ROOM_AT + RTI_TRACE_ROOM)
@@ -67,10 +69,43 @@ static uint32_t desk_take(desk *d, const rt_ray *rays, const float *times, size_
     return most;
 }
 
+#define SAME(a, b) (offsetof(rt_ray, a) == offsetof(rti_ray, b))
+_Static_assert(sizeof(rt_ray) == sizeof(rti_ray) && SAME(org, org) && SAME(tmin, tmin) && SAME(dir, dir) && SAME(tmax, tmax) &&
+                   SAME(mask, mask),
+               "a public ray is a tracer's");
+#undef SAME
+#define SAME(a, b) (offsetof(rt_hit, a) == offsetof(rtk_hit, b))
+_Static_assert(sizeof(rt_hit) == sizeof(rtk_hit) && SAME(t, t) && SAME(u, u) && SAME(v, v) && SAME(prim_id, prim) &&
+                   SAME(geom_id, geom) && SAME(inst_id, inst),
+               "and so is a hit");
+#undef SAME
+
+static void intersect_alone(const rti_snapshot *s, const rti_tracer *tracer, const rt_ray *rays, const float *times, rt_hit *hits,
+                            size_t count)
+{
+    const rti_fpenv env = rti_fp_enter();
+    for (size_t i = 0; i < count; i++)
+        tracer->one(&s->view, (const rti_ray *)(const void *)&rays[i], times ? times[i] : 0.0f, (rtk_hit *)(void *)&hits[i]);
+    rti_fp_leave(env);
+}
+
+static void occluded_alone(const rti_snapshot *s, const rti_tracer *tracer, const rt_ray *rays, const float *times,
+                           uint8_t *occluded, size_t count)
+{
+    const rti_fpenv env = rti_fp_enter();
+    for (size_t i = 0; i < count; i++)
+        occluded[i] = tracer->one(&s->view, (const rti_ray *)(const void *)&rays[i], times ? times[i] : 0.0f, NULL) != 0;
+    rti_fp_leave(env);
+}
+
 void rti_arrays_intersect(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,
                           rt_hit *hits, size_t count, uint32_t flags)
 {
     desk d;
+    if (count < ALONE) {
+        intersect_alone(snapshot, tracer, rays, times, hits, count);
+        return;
+    }
     desk_open(&d, snapshot, count);
     for (size_t at = 0; at < count;) {
         uint32_t as = flags, n = desk_take(&d, rays + at, times ? times + at : NULL, count - at, &as);
@@ -85,6 +120,10 @@ void rti_arrays_occluded(const rti_snapshot *snapshot, const rti_tracer *tracer,
                          uint8_t *occluded, size_t count, uint32_t flags)
 {
     desk d;
+    if (count < ALONE) {
+        occluded_alone(snapshot, tracer, rays, times, occluded, count);
+        return;
+    }
     desk_open(&d, snapshot, count);
     for (size_t at = 0; at < count;) {
         uint16_t *bits = (uint16_t *)(void *)d.hits;

@@ -18,6 +18,13 @@ typedef rti_f4 bvh_vec;
 #define node_bits rti_m4_bits
 #endif
 
+#define BVH_WALK_OTHER_(walk) walk##_other
+#define BVH_WALK_OTHER(walk)  BVH_WALK_OTHER_(walk)
+
+/* Where a ray may be met by plane * inv - org * inv (bvh_stream.h). */
+#define BVH_START_MOST  1.0e37f  /* of |org * inv| */
+#define BVH_START_LEAST 1.0e-35f /* of scale |inv| */
+
 /* A ray against boxes; near: rows of box with the planes that it enters by. */
 typedef struct bvh_ray {
     bvh_vec ox, oy, oz, ix, iy, iz, t0;
@@ -161,6 +168,13 @@ RTI_VEC void bvh_settle(rtk_query *q, bvh_late *late)
     q->best.prim = tri->prim;
     q->best.inst = q->inst;
     late->ref = RTK_INVALID;
+}
+
+/* Of block k the lanes of the leaf's own triangles. The others are of a leaf beside it, or repeat one. */
+RTI_VEC rtk_u32 bvh_own(rtk_u32 k, rtk_u32 at, rtk_u32 count)
+{
+    const rtk_u32 first = rtk_umax(at, 4u * k) - 4u * k, end = rtk_umin(at + count, 4u * k + 4u) - 4u * k;
+    return (1u << end) - (1u << first);
 }
 
 /* The blocks of a leaf. */

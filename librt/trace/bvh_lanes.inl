@@ -5,7 +5,8 @@
 #if RTK_MODE & 4
 #include RTI_STEPS_INL
 #else
-RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_pray *r, float outer)
+/* Of whatever primitives. */
+RTI_APART int BVH_WALK_OTHER(RTK_WALK)(rtk_query *q, rtk_tree tree, const rtk_pray *r, float outer)
 {
     float stack_t[RTK_BVH_STACK + RTK_BVH_WIDTH]; /* what waits: slots, and where the ray enters them */
     rtk_u32 stack_child[RTK_BVH_STACK + RTK_BVH_WIDTH], stack_count[RTK_BVH_STACK + RTK_BVH_WIDTH];
@@ -14,7 +15,6 @@ RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_p
     bvh_late late = {(q->group->flags & RTK_GROUP_PLAIN) && q->mask != 0u, RTK_INVALID};
     float reach = bvh_reach(q, RTK_MODE, r, outer);
     rtk_u32 at = 0u, count = 0u, top = 0u, ready = 0u, i;
-    (void)prim_count;
     if (rtk_query_done(q, RTK_MODE, r, outer, r->t0))
         return 0;
     for (;;) {
@@ -53,5 +53,15 @@ RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_p
         at = stack_child[top];
         count = stack_count[top];
     }
+}
+
+RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_pray *r, float outer)
+{
+    int end;
+    (void)prim_count;
+    if (RTK_MODE <= RTK_MODE_ANY && tree.block_count != 0u && (q->group->flags & RTK_GROUP_PLAIN) && q->mask != 0u &&
+        outer == 0.0f && r->tshift == 0.0f && lone_group(q, RTK_MODE, &tree, r, &end))
+        return end;
+    return BVH_WALK_OTHER(RTK_WALK)(q, tree, r, outer);
 }
 #endif

@@ -11,7 +11,7 @@
 #ifndef RTI_BVH_PACKET_H
 #define RTI_BVH_PACKET_H
 
-#include "bvh_lanes.h"
+#include "bvh_lone.h"
 #include "packet.h"
 
 #define PACKET       64u

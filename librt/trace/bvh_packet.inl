@@ -265,6 +265,10 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
                               uint32_t count, rti_scratch *scratch)
 {
     packet p;
+    if (count < PACKET_FEW) {
+        RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
+        return;
+    }
     if (packet_plain(scene, scratch)) {
         RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, 1);
         return;
@@ -291,4 +295,26 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
         RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, g->shape_count != 0u); /* bounces off a sphere go together */
     else
         RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
+}
+
+/* A ray by itself where there is nothing but the scene's own triangles. -1: it must go another way. */
+static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, const rtk_ray *same, rtk_hit *hit)
+{
+    const rtk_group *g = scene->groups;
+    lone_given given;
+    lone l;
+    int end = 0;
+    if (!lone_fits(scene))
+        return -1;
+    if (ray->mask == 0u || !lone_given_of(ray, &given)) {
+        if (hit)
+            *hit = rtk_hit_none(ray->tmax);
+        return 0;
+    }
+    lone_begin(&l, scene, ray, same);
+    for (rtk_u32 k = 0u; k < g->part_count && end == 0; k++)
+        end = lone_part(&l, RTK_MODE, &given, &g->parts[k], &g->parts[k].RTK_TREE);
+    if (hit && end == 0)
+        *hit = l.best;
+    return end;
 }

@@ -21,8 +21,6 @@
 #include "bvh_packet.h"
 
 #define STREAM        2048u
-#define STREAM_MOST   1.0e37f          /* of |org * inv| */
-#define STREAM_LEAST  1.0e-35f         /* of scale |inv| */
 #define STREAM_FRONT  -3.402823466e38f /* where rays enter that need no order */
 #define STREAM_FEW    1u
 #define STREAM_TURNED 16u /* rays of a list from which on they are turned, and each slot of a node meets sixteen */

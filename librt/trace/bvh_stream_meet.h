@@ -6,13 +6,6 @@
 
 /* ---- leaves ---- */
 
-/* Of block k the lanes of the leaf's own triangles. The others are of a leaf beside it, or repeat one. */
-RTI_VEC rtk_u32 stream_own(rtk_u32 k, rtk_u32 at, rtk_u32 count)
-{
-    const rtk_u32 first = rtk_umax(at, 4u * k) - 4u * k, end = rtk_umin(at + count, 4u * k + 4u) - 4u * k;
-    return (1u << end) - (1u << first);
-}
-
 #if RTI_SIMD >= 8
 #define one_n            8u
 #define one_vec          rti_f8
@@ -41,10 +34,10 @@ RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 
                        ONE(set)(o->kdz), ONE(set)(o->tmin), ONE(set)(o->tmax), ONE(set)(0.0f),  ONE(set)(a->part->scale)};
     for (rtk_u32 k = at / 4u; k < end; k += one_n / 4u) {
         const rtk_bvhblock *b = &a->tree.blocks[k];
-        rtk_u32 want = stream_own(k, at, count);
+        rtk_u32 want = bvh_own(k, at, count);
 #if RTI_SIMD >= 8
         const rtk_bvhblock *c = k + 1u < end ? b + 1 : b;
-        want |= k + 1u < end ? stream_own(k + 1u, at, count) << 4 : 0u;
+        want |= k + 1u < end ? bvh_own(k + 1u, at, count) << 4 : 0u;
 #endif
         const one_vec p0[3] = {ONE_ROW(v0, kx), ONE_ROW(v0, ky), ONE_ROW(v0, kz)};
         const one_vec p1[3] = {ONE_ROW(v1, kx), ONE_ROW(v1, ky), ONE_ROW(v1, kz)};
@@ -138,7 +131,7 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
             const vec v0[3] = {rti_f16_take(a0, x), rti_f16_take(a0, y), rti_f16_take(a0, z)};
             const vec v1[3] = {rti_f16_take(a1, x), rti_f16_take(a1, y), rti_f16_take(a1, z)};
             const vec v2[3] = {rti_f16_take(a2, x), rti_f16_take(a2, y), rti_f16_take(a2, z)};
-            const rtk_u32 own = stream_own(k, at, count) * 0x1111u;
+            const rtk_u32 own = bvh_own(k, at, count) * 0x1111u;
             tri_hit hit;
             if (tri_test(&r, v0, v1, v2, want, &hit) == 0u)
                 continue;

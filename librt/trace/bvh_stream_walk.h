@@ -63,10 +63,10 @@ RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u
     vec least = V(abs)(r->inv[0]);
     for (rtk_u32 k = 0u; k < 3u; k++) {
         start[k] = r->org[k] * r->inv[k];
-        left |= lanes & ~VM(bits)(V(le)(V(abs)(start[k]), V(set)(STREAM_MOST)));
+        left |= lanes & ~VM(bits)(V(le)(V(abs)(start[k]), V(set)(BVH_START_MOST)));
         least = V(min)(least, V(abs)(r->inv[k]));
     }
-    left |= lanes & ~VM(bits)(V(le)(V(set)(STREAM_LEAST), least * V(set)(a->part->scale)));
+    left |= lanes & ~VM(bits)(V(le)(V(set)(BVH_START_LEAST), least * V(set)(a->part->scale)));
     const stream_axes axes = {V(eq)(r->kind, V(set)(0.0f)), V(eq)(r->kind, V(set)(1.0f))};
     const vec dz = stream_turned(&axes, r->dir[0], r->dir[1], r->dir[2]);
     const vec slabs[8] = {r->inv[0], r->inv[1], r->inv[2], start[0], start[1], start[2], r->t0, V(min)(r->t1, r->t)};

@@ -1,8 +1,8 @@
-/* A tracer's two functions, from one body compiled once a mode.
+/* A tracer's functions, from one body compiled once a mode.
  *
  * Template. The including file defines RTI_TRACER_NAME; RTI_MODE_INL, the body: it defines RTK_NAME(rays) for the mode RTK_MODE
- * (single.inl is the one for one ray at a time); and what that asks for. RTI_PACKET_INL, if it is defined, gives RTK_NAME(packets)
- * for closest and any hit of coherent batches, and RTK_NAME(lone) for those of others.
+ * (single.inl is the one for one ray at a time); and what that asks for. RTI_PACKET_INL, if it is defined, gives
+ * RTK_NAME(packets) for closest and any hit of coherent batches, and RTK_NAME(lone) for those of others.
  */
 #include "lane.h"
 #include "tracers.h"
@@ -45,8 +45,9 @@
 #define LONE    RAYS
 #endif
 
-void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, intersect))(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
-                                                 uint32_t count, uint32_t flags, rti_scratch *scratch)
+void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, intersect))(const rtk_scene *scene, const rtk_trace_block *rays,
+                                                             rtk_hit_block *hits, uint32_t count, uint32_t flags,
+                                                             rti_scratch *scratch)
 {
     scratch->stats.rays += count;
     switch (flags & (RTI_TRACE_AFTER | RTI_TRACE_STEPS)) {
@@ -67,8 +68,9 @@ void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, intersect))(const rtk_scene *sc
     }
 }
 
-void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, occluded))(const rtk_scene *scene, const rtk_trace_block *rays, uint16_t *occluded,
-                                                uint32_t count, uint32_t flags, rti_scratch *scratch)
+void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, occluded))(const rtk_scene *scene, const rtk_trace_block *rays,
+                                                            uint16_t *occluded, uint32_t count, uint32_t flags,
+                                                            rti_scratch *scratch)
 {
     scratch->stats.rays += count;
     if (flags & RTI_TRACE_STEPS)
@@ -77,4 +79,25 @@ void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, occluded))(const rtk_scene *sce
         PACKETS(1, NULL, occluded);
     else
         LONE(1, NULL, occluded);
+}
+
+int RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, one))(const rtk_scene *scene, const rti_ray *ray, float time, rtk_hit *hit)
+{
+    const rtk_ray r = {rtk_v3(ray->org[0], ray->org[1], ray->org[2]), rtk_v3(ray->dir[0], ray->dir[1], ray->dir[2]), ray->tmin,
+                       ray->tmax, ray->mask};
+    rtk_query q;
+#ifdef RTI_PACKET_INL
+    const int end =
+        hit ? JOIN(RTI_TRACER_NAME, one, 0)(scene, ray, &r, hit) : JOIN(RTI_TRACER_NAME, one, 1)(scene, ray, &r, NULL);
+    if (end >= 0)
+        return hit ? hit->prim != RTK_INVALID : end;
+#endif
+    rtk_query_init(&q, scene, r);
+    q.time = time;
+    if (!hit)
+        return JOIN(RTI_TRACER_NAME, trace, 1)(&q);
+    JOIN(RTI_TRACER_NAME, trace, 0)(&q);
+    rtk_query_finish(&q);
+    *hit = q.best;
+    return hit->prim != RTK_INVALID;
 }

@@ -33,6 +33,12 @@ typedef struct rti_scratch {
     bool bare;   /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
 } rti_scratch;
 
+/* A ray as callers have it (rt_ray): who copied it word by word would wait until it stands in memory to be read again. */
+typedef struct rti_ray {
+    float org[3], tmin, dir[3], tmax;
+    rtk_u32 mask;
+} rti_ray;
+
 typedef struct rti_tracer {
     const char *name; /* as in settings.traversal: "brute", "kdtree", "octree", "bvh" */
     const char *help;
@@ -45,6 +51,8 @@ typedef struct rti_tracer {
     /* Any hit: bit i % 16 of occluded[i / 16] says that ray i hits something in (tmin, tmax). */
     void (*occluded)(const rtk_scene *scene, const rtk_trace_block *rays, uint16_t *occluded, uint32_t count, uint32_t flags,
                      rti_scratch *scratch);
+    /* One ray at a time (0 to 1), without blocks: its closest hit to *hit, or hit NULL: any. Returns whether there is one. */
+    int (*one)(const rtk_scene *scene, const rti_ray *ray, float time, rtk_hit *hit);
 } rti_tracer;
 
 /* All tracers, in the order of trace.def: as many, of the same names, trees and widths, for each instruction set that this build

@@ -9,7 +9,8 @@
     void RTI_ISA_FN(rti_trace_##name##_intersect)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,      \
                                                   uint32_t count, uint32_t flags, rti_scratch *scratch);                         \
     void RTI_ISA_FN(rti_trace_##name##_occluded)(const rtk_scene *scene, const rtk_trace_block *rays, uint16_t *occluded,        \
-                                                 uint32_t count, uint32_t flags, rti_scratch *scratch);
+                                                 uint32_t count, uint32_t flags, rti_scratch *scratch);                         \
+    int RTI_ISA_FN(rti_trace_##name##_one)(const rtk_scene *scene, const rti_ray *ray, float time, rtk_hit *hit);
 #include "trace.def"
 #undef RTI_TRACER
 

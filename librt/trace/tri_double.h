@@ -68,7 +68,7 @@ RTI_VEC rtk_u32 tri_double(const tri_ray *r, const vec *dx, const vec *dy, const
     IN(PX, v0[0]), IN(PY, v0[1]), IN(PZ, v0[2]), IN(QX, v1[0]), IN(QY, v1[1]), IN(QZ, v1[2]);
     IN(RX, v2[0]), IN(RY, v2[1]), IN(RZ, v2[2]);
 #undef IN
-    for (rtk_u32 at = 0u; at < RTI_SIMD; at += DOUBLE_N) {
+    for (rtk_u32 at = 0u; at < RTI_SIMD && fit >> at != 0u; at += DOUBLE_N) { /* lanes behind the last hold anything */
         double_half half;
 #define X(to, k)                                                                                                                 \
     memcpy(&half, from[k] + at, sizeof half);                                                                                    \

@@ -99,9 +99,15 @@ static uint32_t same_for_all(rt_scene *scene, const rt_ray *rays, const char *wh
     }
     for (uint32_t n = 0; (name = rt_tracer_at(n, NULL)) != NULL; n++) {
         kit_ok(rt_scene_context(scene), rt_tracer_create(scene, name, &t));
-        for (uint32_t hints = 0; hints < 4; hints++) {
-            rt_tracer_intersect(t, rays, hits, RAYS, hints);
-            rt_tracer_occluded(t, rays, dark, RAYS, hints);
+        for (uint32_t hints = 0; hints < 5; hints++) {
+            for (uint32_t i = 0; hints == 4 && i < RAYS; i++) { /* one by one */
+                rt_tracer_intersect(t, &rays[i], &hits[i], 1, 0);
+                rt_tracer_occluded(t, &rays[i], &dark[i], 1, 0);
+            }
+            if (hints < 4) {
+                rt_tracer_intersect(t, rays, hits, RAYS, hints);
+                rt_tracer_occluded(t, rays, dark, RAYS, hints);
+            }
             for (uint32_t i = 0; i < RAYS; i++)
                 if (memcmp(&hits[i], &truth[i], sizeof *hits) != 0 || dark[i] != true_dark[i])
                     fail_msg("%s of scale %g, %s, hints %u, ray %u: brute force t %a prim %u dark %u, here t %a prim %u dark %u",

@@ -88,7 +88,7 @@ static void branch(rti_worker *w, uint32_t first, uint32_t count)
         current->most_waiting = w->stack.count;
 }
 
-static const rti_tracer tracer = {"none", "", RTK_TREE_NONE, 1, all_miss, none_occluded};
+static const rti_tracer tracer = {"none", "", RTK_TREE_NONE, 1, all_miss, none_occluded, NULL};
 static const rti_integrator brancher = {"branch", "", 0, 2, branch, NULL};
 
 static uint32_t next_tile(void *owner)

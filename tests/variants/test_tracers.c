@@ -158,6 +158,25 @@ static void compare_coherent(batch *b, const rtk_scene *s, const rti_tracer *tra
                      b->kinds[i]);
 }
 
+/* Each ray by itself. */
+static void compare_alone(batch *b, const rtk_scene *s, const rti_tracer *tracer)
+{
+    for (uint32_t i = 0; i < BATCH; i++) {
+        const rtk_trace_block *r = &b->rays[i / RTK_BLOCK];
+        rtk_hit_block *to = &b->other[i / RTK_BLOCK];
+        const uint32_t k = i % RTK_BLOCK;
+        const rti_ray ray = {{r->ox[k], r->oy[k], r->oz[k]}, r->tmin[k], {r->dx[k], r->dy[k], r->dz[k]}, r->tmax[k], r->mask[k]};
+        const float time = b->times[i];
+        rtk_hit h;
+        const int hit = tracer->one(s, &ray, time, &h), any = tracer->one(s, &ray, time, NULL);
+        to->t[k] = h.t, to->u[k] = h.u, to->v[k] = h.v;
+        to->prim[k] = h.prim, to->geom[k] = h.geom, to->inst[k] = h.inst;
+        if ((hit != 0) != (h.prim != RTK_INVALID) || (any != 0) != (h.prim != RTK_INVALID))
+            fail_msg("%s: ray %u (kind %d) alone: what is returned and the hit disagree", tracer->name, i, b->kinds[i]);
+    }
+    same_hits(b, "each alone", tracer->name, b->hits, b->other);
+}
+
 /* One tracer against all that the judge has answered. */
 static void compare(batch *b, const rtk_scene *s, const rti_tracer *tracer, const char *what)
 {
@@ -172,6 +191,8 @@ static void compare(batch *b, const rtk_scene *s, const rti_tracer *tracer, cons
         tracer->occluded(s, b->rays, b->occluded_other, BATCH, 0, &turns);
         assert_memory_equal(b->occluded, b->occluded_other, sizeof b->occluded);
     }
+    if (tracer->tree != RTK_TREE_NONE)
+        compare_alone(b, s, tracer);
     tracer->occluded(s, b->rays, b->occluded_other, BATCH, 0, &scratch);
     for (uint32_t i = 0; i < BATCH; i++) {
         unsigned hit = b->hits[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;

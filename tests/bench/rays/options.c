@@ -12,8 +12,8 @@ const bench_option bench_option_table[] = {
     {"--tracers", "NAME,...", "tracers of the library; all but brute above 2000 triangles"},
     {"--builders", "NAME,...", "builders of the trees, as rt_commit_desc has them; auto"},
     {"--inputs", "NAME,...",
-     "blocks (of 16 rays), single (blocks without a hint: one ray at a time), array (plain), scene (rt_scene_intersect itself, "
-     "the tracer auto alone); blocks"},
+     "blocks (of 16 rays), single (blocks without a hint), array (plain), one (plain, a call of rt_tracer_intersect or "
+     "rt_tracer_occluded for each ray), scene (rt_scene_intersect itself, the tracer auto alone); blocks"},
     {"--threads", "N,...", "threads that trace and build; 1"},
     {"--grab", "N",
      "rays a thread takes at a time, a multiple of 16 from 16 to 1048576; several threads take fewer towards the end; 16384"},
@@ -216,7 +216,7 @@ static int take_preset(const char *text, bench_options *o)
     if (strcmp(text, "embree") != 0 && strcmp(text, "embree-1080") != 0 && strcmp(text, "embree-threads") != 0)
         return bad("--preset", text, "embree, embree-1080 or embree-threads");
     o->embree = true;
-    fill_names(&o->inputs, "blocks,single,array,scene");
+    fill_names(&o->inputs, "blocks,single,array,one,scene");
     if (strcmp(text, "embree-1080") == 0) {
         o->width = 1920;
         o->height = 1080;
@@ -260,8 +260,9 @@ static int take_files(const char *option, const char *text, bench_options *o)
 
 static int take_list(const char *n, const char *v, bench_options *o)
 {
-    static const char *const inputs[] = {"blocks", "single", "array", "scene", NULL}, *const modes[] = {"single", "8", "16",
-                                                                                                        "stream", NULL};
+    static const char *const inputs[] = {"blocks", "single", "array", "one", "scene", NULL}, *const modes[] = {"single", "8",
+                                                                                                               "16", "stream",
+                                                                                                               NULL};
     static const char *const qualities[] = {"low", "medium", "high", NULL}, *const robust[] = {"off", "on", NULL};
     static const char *const sets[] = {"primary", "shadow", "diffuse", "ao", "random", NULL};
     if (strcmp(n, "--sets") == 0)
@@ -271,7 +272,7 @@ static int take_list(const char *n, const char *v, bench_options *o)
     if (strcmp(n, "--builders") == 0)
         return take_names(n, v, NULL, "a list of builders", &o->builders);
     if (strcmp(n, "--inputs") == 0)
-        return take_names(n, v, inputs, "a list of blocks, single, array, scene", &o->inputs);
+        return take_names(n, v, inputs, "a list of blocks, single, array, one, scene", &o->inputs);
     if (strcmp(n, "--embree-modes") == 0)
         return take_names(n, v, modes, "a list of single, 8, 16, stream", &o->modes);
     if (strcmp(n, "--embree-qualities") == 0)

@@ -142,6 +142,12 @@ static void array_trace(bench_entrant *e, const bench_rays *rays, void *scratch,
         rt_tracer_intersect(o->tracer, in, (rt_hit *)out + first, count, rays->hints);
 }
 
+static void one_trace(bench_entrant *e, const bench_rays *rays, void *scratch, size_t first, size_t count)
+{
+    for (size_t i = first; i < first + count; i++)
+        array_trace(e, rays, scratch, i, 1);
+}
+
 static void array_answers(bench_entrant *e, const bench_rays *rays, const void *scratch, rt_hit *hits, uint8_t *occluded)
 {
     const void *out = (const rt_ray *)scratch + rays->count;
@@ -317,7 +323,7 @@ static int add_entrant(const bench_options *o, const bench_world *w, uint32_t bu
         e->build[i] = t ? t->build[i] : (bench_build){-1, -1, 0};
     e->room = blocks_in ? blocks_room : array_room;
     e->prepare = blocks_in ? blocks_prepare : array_prepare;
-    e->trace = blocks_in ? blocks_trace : array_trace;
+    e->trace = blocks_in ? blocks_trace : (strcmp(input, "one") == 0 ? one_trace : array_trace);
     e->answers = blocks_in ? blocks_answers : array_answers;
     return BENCH_OK;
 }

@@ -7,7 +7,8 @@
 const char bench_columns[] =
     "The CSV has a row for each set, entrant and number of threads. machine, cpus; scene, triangles; set, width, height, "
     "rays: the size that the set was made for and the number of rays; program: librt or embree; tracer: librt's by name, "
-    "Embree's interface; input: blocks, single (blocks without a hint), array or scene, Embree's as its tracer; builder: of "
+    "Embree's interface; input: blocks, single (blocks without a hint), array, one (a call a ray) or scene, Embree's as its "
+    "tracer; builder: of "
     "rt_commit_desc, Embree's quality; robust: 1, Embree's flag; tree, width: kind of tree and rays handled together; "
     "threads, repeats; mrays, mrays_low, mrays_high: million rays a second, rays / (CPU time of the threads / threads), "
     "median, least and most of the repeats; wall_mrays, wall_low, wall_high: the same by wall time; cpu_ns: CPU nanoseconds "
@@ -20,7 +21,7 @@ const char bench_columns[] =
 
 /* ---- aligned columns ---- */
 
-enum { COLUMNS = 12, WORD = 80 };
+enum { COLUMNS = 13, WORD = 80 };
 typedef struct grid {
     char (*cell)[COLUMNS][WORD];
     uint32_t rows, room;
@@ -220,7 +221,8 @@ static void ratio_row(grid *g, const bench_options *o, const bench_row *rows, ui
     const bench_row *watertight = best(o, rows, count, index, (pick){.program = "embree", .quality = "medium", .robust = 1});
     const bench_row *theirs_high = best(o, rows, count, index, (pick){.program = "embree", .quality = "high", .robust = -1});
     const bench_row *kd = best(o, rows, count, index, (pick){.program = "librt", .tree = "kdtree"});
-    const bench_row *kd_single = best(o, rows, count, index, (pick){.program = "librt", .tree = "kdtree", .input = "single"});
+    const bench_row *kd_single = best(o, rows, count, index, (pick){.program = "librt", .tree = "kdtree", .input = "one"});
+    const bench_row *one = best(o, rows, count, index, (pick){.program = "librt", .quality = first, .input = "one"});
     const bench_row *single =
         best(o, rows, count, index, (pick){.program = "embree", .quality = "medium", .robust = -1, .width = 1});
     char(*cells)[WORD] = grid_row(g);
@@ -236,6 +238,7 @@ static void ratio_row(grid *g, const bench_options *o, const bench_row *rows, ui
     put_ratio(cells, 7, o, ours, watertight);
     put_ratio(cells, 8, o, kd, medium);
     put_ratio(cells, 9, o, kd_single, single);
+    put_ratio(cells, 12, o, one, single);
     if (ours) {
         pick same = {.program = "librt", .quality = first, .tree = ours->entrant.tree, .width = ours->entrant.width};
         same.input = "blocks";
@@ -248,15 +251,18 @@ static void ratio_row(grid *g, const bench_options *o, const bench_row *rows, ui
 
 void bench_table_ratios(FILE *out, const bench_options *o, const bench_row *rows, uint32_t count)
 {
-    static const char *const names[] = {"scene",   "set",       "threads",   "librt",        "embree",       "ratio", "high/HIGH",
-                                        "/ROBUST", "kd/embree", "kd/single", "array/blocks", "scene/blocks", NULL};
+    static const char *const names[] = {"scene",        "set",          "threads",    "librt",     "embree",
+                                        "ratio",        "high/HIGH",    "/ROBUST",    "kd/embree", "kd/single",
+                                        "array/blocks", "scene/blocks", "one/single", NULL};
     grid g = {NULL, 0, 0};
     if (count == 0)
         return;
     fprintf(out,
             "Best of librt and of Embree (million rays a second by %s time), and ratios: librt's %s / Embree MEDIUM; high / "
             "HIGH; librt's / MEDIUM ROBUST; kd-tree /\n"
-            "MEDIUM; kd-tree one ray at a time / Embree single; plain arrays / blocks; rt_scene_intersect / blocks.\n\n",
+            "MEDIUM; the kd-tree, a call for each ray / Embree single; plain arrays / blocks; rt_scene_intersect / blocks; the "
+            "best tracer, a "
+            "call for each ray / Embree single.\n\n",
             o->wall ? "wall" : "CPU", o->builders.name[0]);
     heads(grid_row(&g), names);
     for (uint32_t i = 0; i < count;) {
