@@ -61,25 +61,23 @@ RTI_APART int lone_decide(lone *l, rtk_u32 place)
 {
     const rtk_bvhblock *b = &l->tree->blocks[place / 4u];
     const rtk_u32 j = place % 4u, x = l->kx, y = l->ky, z = l->kz;
-    const vec v0[3] = {V(set)(b->v0[x][j]), V(set)(b->v0[y][j]), V(set)(b->v0[z][j])};
-    const vec v1[3] = {V(set)(b->v1[x][j]), V(set)(b->v1[y][j]), V(set)(b->v1[z][j])};
-    const vec v2[3] = {V(set)(b->v2[x][j]), V(set)(b->v2[y][j]), V(set)(b->v2[z][j])};
-    const vec dx = V(set)(l->dir[x]), dy = V(set)(l->dir[y]);
-    const tri_ray ray = {V(set)(l->org[x]), V(set)(l->org[y]), V(set)(l->org[z]), V(set)(l->sx), V(set)(l->sy),
-                         V(set)(l->kdz),    V(set)(l->tmin),   V(set)(l->tmax),   V(set)(0.0f),  V(set)(l->scale)};
-    float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD];
+#define ALL(n) rti_f4_set(n)
+    const rti_f4 v0[3] = {ALL(b->v0[x][j]), ALL(b->v0[y][j]), ALL(b->v0[z][j])};
+    const rti_f4 v1[3] = {ALL(b->v1[x][j]), ALL(b->v1[y][j]), ALL(b->v1[z][j])};
+    const rti_f4 v2[3] = {ALL(b->v2[x][j]), ALL(b->v2[y][j]), ALL(b->v2[z][j])};
+    const rti_f4 dx = ALL(l->dir[x]), dy = ALL(l->dir[y]);
+    const rti_tri_ray4 ray = {ALL(l->org[x]), ALL(l->org[y]), ALL(l->org[z]), ALL(l->sx), ALL(l->sy),
+                              ALL(l->kdz),    ALL(l->tmin),   ALL(l->tmax),   ALL(0.0f),  ALL(l->scale)};
+#undef ALL
     rtk_u32 edges;
-    tri_hit hit;
+    rti_tri_hit4 hit;
     hit.hit = 0u;
-    hit.t = hit.u = hit.v = V(set)(0.0f);
-    if (tri_double(&ray, &dx, &dy, v0, v1, v2, 1u, &hit, &edges) != 0u || hit.hit == 0u)
+    hit.t = hit.u = hit.v = rti_f4_set(0.0f);
+    if (tri_pairs4(&ray, &dx, &dy, v0, v1, v2, 1u, &hit, &edges) != 0u || hit.hit == 0u)
         return 0;
-    V(store)(t, hit.t);
-    V(store)(u, hit.u);
-    V(store)(v, hit.v);
-    l->t = t[0];
-    l->u = u[0];
-    l->v = v[0];
+    l->t = hit.t[0];
+    l->u = hit.u[0];
+    l->v = hit.v[0];
     return 1;
 }
 
