@@ -1,7 +1,7 @@
-/* Asks the library many rays in four ways and says how fast each was: rt_scene_intersect from a plain array, which needs no
- * thought; a tracer object that is told that the rays run alike; the same from blocks of sixteen rays, without a copy; and
- * rt_scene_occluded. All give the same hits. Plain arrays are meant to stay within a tenth of blocks. usage: many_rays
- * [WIDTHxHEIGHT], one ray a pixel */
+/* Asks the library many rays in five ways and says how fast each was: rt_scene_intersect from a plain array, which needs no
+ * thought; a tracer object that is told that the rays run alike; the same from blocks of sixteen rays, without a copy;
+ * rt_scene_occluded; and the tracer object once for each ray, which is several times slower, as rays share nothing then. All give
+ * the same hits. Plain arrays are meant to stay within a tenth of blocks. usage: many_rays [WIDTHxHEIGHT], one ray a pixel */
 #include "arguments.h"
 
 #include <math.h>
@@ -77,7 +77,7 @@ static double cpu_seconds(void)
 
 typedef struct memory {
     rt_ray *rays;
-    rt_hit *hits, *again;
+    rt_hit *hits, *again, *alone;
     rt_ray_block *in;
     rt_hit_block *out;
     uint8_t *dark;
@@ -102,16 +102,27 @@ static void into_blocks(const memory *m, size_t count)
     }
 }
 
+static void one_by_one(const rt_tracer *tracer, const rt_ray *rays, rt_hit *hits, size_t count)
+{
+    for (size_t i = 0; i < count; ++i)
+        rt_tracer_intersect(tracer, &rays[i], &hits[i], 1, 0);
+}
+
 int main(int argc, char **argv)
 {
     arguments a = arguments_take(argc, argv, (arguments){640, 480, NULL});
     size_t most = (size_t)(a.width + 3) * (a.height + 3), blocks = most / 16 + 1, met = 0, differ = 0;
-    memory m = {room(most * sizeof *m.rays), room(most * sizeof *m.hits),  room(most * sizeof *m.again),
-                room(blocks * sizeof *m.in), room(blocks * sizeof *m.out), room(most)};
+    memory m = {room(most * sizeof *m.rays),
+                room(most * sizeof *m.hits),
+                room(most * sizeof *m.again),
+                room(most * sizeof *m.alone),
+                room(blocks * sizeof *m.in),
+                room(blocks * sizeof *m.out),
+                room(most)};
     rt_context *context = NULL;
     rt_scene *scene = NULL;
     rt_tracer *tracer = NULL;
-    double plain, told, block, any;
+    double plain, told, block, any, one;
     must(NULL, rt_context_create(NULL, &context));
     must(context, rt_scene_create(context, &scene));
     describe(scene);
@@ -124,18 +135,19 @@ int main(int argc, char **argv)
     MEASURE(told, count, rt_tracer_intersect(tracer, m.rays, m.again, count, hints));
     MEASURE(block, count, rt_tracer_intersect_blocks(tracer, m.in, m.out, count, hints));
     MEASURE(any, count, rt_scene_occluded(scene, m.rays, m.dark, count));
+    MEASURE(one, count, one_by_one(tracer, m.rays, m.alone, count));
     for (size_t i = 0; i < count; ++i) {
         const rt_hit_block *b = &m.out[i / 16];
         int hit = m.hits[i].prim_id != RT_INVALID_ID;
         met += (size_t)hit;
-        differ += memcmp(&m.hits[i], &m.again[i], sizeof(rt_hit)) != 0 || b->t[i % 16] != m.hits[i].t ||
-                  b->prim_id[i % 16] != m.hits[i].prim_id || m.dark[i] != hit;
+        differ += memcmp(&m.hits[i], &m.again[i], sizeof(rt_hit)) != 0 || memcmp(&m.hits[i], &m.alone[i], sizeof(rt_hit)) != 0 ||
+                  b->t[i % 16] != m.hits[i].t || b->prim_id[i % 16] != m.hits[i].prim_id || m.dark[i] != hit;
     }
     printf("%zu rays, %zu hits, %zu differ\n", count, met, differ);
-    printf("million rays a second: scene %.2f, tracer %.2f, blocks %.2f (array / blocks %.2f), any hit %.2f\n", plain, told,
-           block, told / block, any);
+    printf("million rays a second: scene %.2f, tracer %.2f, blocks %.2f (array / blocks %.2f), any hit %.2f, one by one %.2f\n",
+           plain, told, block, told / block, any, one);
 
-    void *all[] = {m.rays, m.hits, m.again, m.in, m.out, m.dark};
+    void *all[] = {m.rays, m.hits, m.again, m.alone, m.in, m.out, m.dark};
     for (size_t i = 0; i < sizeof all / sizeof *all; ++i)
         free(all[i]);
     rt_tracer_destroy(tracer);

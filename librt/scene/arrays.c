@@ -9,7 +9,6 @@
 #define NEAR    1024u /* coherent rays, for which blocks had better stay in the nearer caches */
 #define FEW     256u  /* 15 KiB of blocks */
 #define ROOMY   32u   /* rays for which a room is taken */
-#define ALONE   8u    /* rays from which on they go together; fewer: each goes by itself */
 #define HITS_AT (MANY / RTK_BLOCK * sizeof(rtk_trace_block))
 #define ROOM_AT (HITS_AT + MANY / RTK_BLOCK * sizeof(rtk_hit_block))
 #define ROOM    (ROOM_AT + RTI_TRACE_ROOM)
@@ -102,7 +101,7 @@ void rti_arrays_intersect(const rti_snapshot *snapshot, const rti_tracer *tracer
                           rt_hit *hits, size_t count, uint32_t flags)
 {
     desk d;
-    if (count < ALONE) {
+    if (count < RTI_ARRAYS_ALONE) {
         intersect_alone(snapshot, tracer, rays, times, hits, count);
         return;
     }
@@ -120,7 +119,7 @@ void rti_arrays_occluded(const rti_snapshot *snapshot, const rti_tracer *tracer,
                          uint8_t *occluded, size_t count, uint32_t flags)
 {
     desk d;
-    if (count < ALONE) {
+    if (count < RTI_ARRAYS_ALONE) {
         occluded_alone(snapshot, tracer, rays, times, occluded, count);
         return;
     }

@@ -7,6 +7,8 @@
 
 #define RTI_ARRAYS_GUESS 0xffffffffu /* flags: nobody has said what the rays are like, so they are looked at */
 
+#define RTI_ARRAYS_ALONE 8u          /* rays from which on they go together; fewer: each goes by itself, in no memory */
+
 /* times: [count] or NULL. flags: RTI_TRACE_COHERENT, 0, or GUESS. Any thread; the snapshot is held by the caller. */
 void rti_arrays_intersect(const rti_snapshot *snapshot, const struct rti_tracer *tracer, const rt_ray *rays, const float *times,
                           rt_hit *hits, size_t count, uint32_t flags);

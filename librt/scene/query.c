@@ -33,14 +33,41 @@ static void put_hit(rtk_hit_block *b, uint32_t k, const rt_hit *h)
     b->inst[k] = h->inst_id;
 }
 
+/* The snapshot for a call of so many rays: held, or for a few of them as long as the call stays. */
+typedef struct visit {
+    rti_snapshot *snapshot;
+    uint32_t token;
+    bool few;
+} visit;
+
+static visit visit_begin(const rt_scene *scene, size_t count)
+{
+    visit v = {NULL, 0, count < RTI_ARRAYS_ALONE};
+    if (v.few)
+        v.token = rti_cell_enter((rti_cell *)(uintptr_t)&scene->cell,
+                                 &v.snapshot); /* counting readers is not what const promises against */
+    else
+        v.snapshot = rti_scene_snapshot(scene);
+    return v;
+}
+
+static void visit_end(const rt_scene *scene, visit v)
+{
+    if (v.few)
+        rti_cell_leave((rti_cell *)(uintptr_t)&scene->cell, v.token);
+    else
+        rti_snapshot_release(v.snapshot);
+}
+
 void rt_scene_intersect_at(const rt_scene *scene, const rt_ray *rays, const float *times, rt_hit *hits, size_t count)
 {
-    rti_snapshot *s = rti_scene_snapshot(scene);
+    const visit v = visit_begin(scene, count);
+    const rti_snapshot *s = v.snapshot;
     if (s)
         rti_arrays_intersect(s, s->tracer, rays, times, hits, count, RTI_ARRAYS_GUESS);
     for (size_t i = 0; !s && i < count; i++)
         hits[i] = (rt_hit){rays[i].tmax, 0.0f, 0.0f, RT_INVALID_ID, RT_INVALID_ID, RT_INVALID_ID};
-    rti_snapshot_release(s);
+    visit_end(scene, v);
 }
 
 void rt_scene_intersect(const rt_scene *scene, const rt_ray *rays, rt_hit *hits, size_t count)
@@ -50,12 +77,13 @@ void rt_scene_intersect(const rt_scene *scene, const rt_ray *rays, rt_hit *hits,
 
 void rt_scene_occluded_at(const rt_scene *scene, const rt_ray *rays, const float *times, uint8_t *occluded, size_t count)
 {
-    rti_snapshot *s = rti_scene_snapshot(scene);
+    const visit v = visit_begin(scene, count);
+    const rti_snapshot *s = v.snapshot;
     if (s)
         rti_arrays_occluded(s, s->tracer, rays, times, occluded, count, RTI_ARRAYS_GUESS);
     else if (count > 0)
         memset(occluded, 0, count);
-    rti_snapshot_release(s);
+    visit_end(scene, v);
 }
 
 void rt_scene_occluded(const rt_scene *scene, const rt_ray *rays, uint8_t *occluded, size_t count)

@@ -64,11 +64,17 @@ typedef struct rti_array {
 } rti_array;
 #define RTI_AT(array, type, index) (&((type *)(array).data)[index])
 
-/* Two places for the current snapshot (left-right): readers count themselves into the one they read, a writer fills the other. */
+/* Two places for the current snapshot (left-right): readers count themselves into the one they read, a writer fills the other. They
+ * count at seats, each in a cache line of its own, so that threads that ask for a ray at a time do not wait for one another. */
+#define RTI_SEATS 16u
+typedef struct rti_seat {
+    atomic_uint readers[2];
+    char apart[64 - 2 * sizeof(atomic_uint)];
+} rti_seat;
 typedef struct rti_cell {
     atomic_uint current;
-    atomic_uint readers[2];
     rti_snapshot *snapshot[2];
+    rti_seat seats[RTI_SEATS];
 } rti_cell;
 
 struct rt_scene {
@@ -107,6 +113,10 @@ void rti_scene_retain(rt_scene *scene);
 /* Cell of the current snapshot (cell.c). */
 void rti_cell_init(rti_cell *cell);
 rti_snapshot *rti_cell_acquire(rti_cell *cell);
+/* For a few rays: the snapshot (NULL: none) stays while the caller does, without a reference, and a writer waits for that. Returns what
+ * rti_cell_leave takes. */
+uint32_t rti_cell_enter(rti_cell *cell, rti_snapshot **snapshot);
+void rti_cell_leave(rti_cell *cell, uint32_t token);
 void rti_cell_replace(rti_cell *cell, rti_snapshot *snapshot); /* takes the reference; one writer at a time */
 
 /* ---- checks of arguments (check.c): RT_OK, or ARGUMENT with "CALL: FIELD is VALUE; it must be ..." ---- */

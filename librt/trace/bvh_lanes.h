@@ -67,6 +67,13 @@ RTI_VEC rtk_u32 bvh_open(const rtk_bvhnode *n, const bvh_ray *v, float reach, fl
     return bits;
 }
 
+/* Is a tree too large for the nearer caches, so that what comes next is worth asking for ahead? */
+#define BVH_LARGE ((size_t)16 << 20)
+RTI_VEC int bvh_large(const rtk_tree *tree)
+{
+    return tree->block_count > BVH_LARGE / sizeof *tree->blocks;
+}
+
 /* Asks for what a slot holds, a node or a leaf's first two blocks, or of a leaf without blocks whatever stands there: it will be looked
  * at after what is nearer. */
 RTI_VEC void bvh_expect(const rtk_tree *tree, rtk_u32 child, rtk_u32 count)

@@ -326,6 +326,7 @@ RTI_VEC int lone_walk(lone *l, rtk_u32 mode, const lone_slabs *given)
     const lone_ray ray = lone_tri_ray(l);
     lone_stack s;
     float far = l->far; /* outside of memory */
+    const int large = bvh_large(tree);
     rtk_u32 at = 0u, count = 0u, top = 0u;
     for (;;) {
         if (count == 0u) {
@@ -333,6 +334,8 @@ RTI_VEC int lone_walk(lone *l, rtk_u32 mode, const lone_slabs *given)
             const rtk_bvhnode *n = &nodes[at];
             const rtk_u32 bits = lone_open(n, &slabs, far, t);
             if (bits != 0u) {
+                for (rtk_u32 w = large ? bits : 0u; w != 0u; w &= w - 1u)
+                    bvh_expect(tree, n->child[__builtin_ctz(w)], n->count[__builtin_ctz(w)]);
                 const rtk_u32 i = lone_choose(&s, mode, &top, n, bits, t);
                 at = n->child[i];
                 count = n->count[i];

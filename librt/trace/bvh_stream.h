@@ -28,7 +28,6 @@
 #define STREAM_NARROW (STREAM + STREAM / 4u) /* as many where a scratch is narrow: dense ones go a level or two */
 #define STREAM_SLOTS  (STREAM / 16u + 32u)   /* sixteens of a list's rays; what is read and written by vectors goes beyond */
 #define STREAM_STACK  (RTK_BVH_STACK + RTK_BVH_WIDTH)
-#define STREAM_BYTES  ((size_t)16 << 20) /* of a tree through which streams go by turns */
 
 /* A ray against boxes; t1 is where its best hit is, when that is nearer than where it leaves the part. */
 typedef struct stream_ray {
@@ -104,7 +103,7 @@ RTI_VEC void streams_part(streams *a, const rtk_part *part, const rtk_tree *tree
 {
     a->part = part;
     a->tree = *tree;
-    a->turns = a->scratch->turns || tree->block_count > STREAM_BYTES / sizeof *tree->blocks;
+    a->turns = a->scratch->turns || bvh_large(tree);
 }
 
 /* May the rays of a group go this way? */
