@@ -73,8 +73,8 @@ _Static_assert(sizeof(rt_ray) == sizeof(rti_ray) && SAME(org, org) && SAME(tmin,
                    SAME(mask, mask),
                "a public ray is a tracer's");
 #undef SAME
-#define SAME(a, b) (offsetof(rt_hit, a) == offsetof(rtk_hit, b))
-_Static_assert(sizeof(rt_hit) == sizeof(rtk_hit) && SAME(t, t) && SAME(u, u) && SAME(v, v) && SAME(prim_id, prim) &&
+#define SAME(a, b) (offsetof(rt_hit, a) == offsetof(rti_hit, b))
+_Static_assert(sizeof(rt_hit) == sizeof(rti_hit) && SAME(t, t) && SAME(u, u) && SAME(v, v) && SAME(prim_id, prim) &&
                    SAME(geom_id, geom) && SAME(inst_id, inst),
                "and so is a hit");
 #undef SAME
@@ -84,7 +84,7 @@ static void intersect_alone(const rti_snapshot *s, const rti_tracer *tracer, con
 {
     const rti_fpenv env = rti_fp_enter();
     for (size_t i = 0; i < count; i++)
-        tracer->one(&s->view, (const rti_ray *)(const void *)&rays[i], times ? times[i] : 0.0f, (rtk_hit *)(void *)&hits[i]);
+        tracer->one(&s->view, (const rti_ray *)(const void *)&rays[i], times ? times[i] : 0.0f, (rti_hit *)(void *)&hits[i]);
     rti_fp_leave(env);
 }
 

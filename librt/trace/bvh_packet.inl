@@ -163,7 +163,8 @@ static void RTK_NAME(planes)(pencil *l, packet *p, rtk_u32 first, rtk_u32 n)
     }
 }
 
-/* Up to PENCIL_RAYS rays of a part, from `first` on: those that pass through one point go as a pencil, what is left as packets. */
+/* Up to PENCIL_RAYS rays of a part, from `first` on: those that pass through one point go as a pencil, what is left as packets.
+ */
 static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, rtk_u32 count, int again)
 {
     const rtk_u32 n = rtk_umin(count - first, PENCIL_RAYS);
@@ -298,7 +299,7 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
 }
 
 /* A ray by itself where there is nothing but the scene's own triangles. -1: it must go another way. */
-static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, const rtk_ray *same, rtk_hit *hit)
+static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, const rtk_ray *same, rti_hit *hit)
 {
     const rtk_group *g = scene->groups;
     lone_given given;
@@ -308,13 +309,13 @@ static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, const rtk_r
         return -1;
     if (ray->mask == 0u || !lone_given_of(ray, &given)) {
         if (hit)
-            *hit = rtk_hit_none(ray->tmax);
+            *hit = (rti_hit){ray->tmax, 0.0f, 0.0f, RTK_INVALID, RTK_INVALID, RTK_INVALID};
         return 0;
     }
     lone_begin(&l, scene, ray, same);
     for (rtk_u32 k = 0u; k < g->part_count && end == 0; k++)
         end = lone_part(&l, RTK_MODE, &given, &g->parts[k], &g->parts[k].RTK_TREE);
     if (hit && end == 0)
-        *hit = l.best;
+        *hit = (rti_hit){l.best.t, l.best.u, l.best.v, l.best.prim, l.best.geom, l.best.inst};
     return end;
 }

@@ -81,7 +81,7 @@ void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, occluded))(const rtk_scene *sce
         LONE(1, NULL, occluded);
 }
 
-int RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, one))(const rtk_scene *scene, const rti_ray *ray, float time, rtk_hit *hit)
+int RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, one))(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
 {
     const rtk_ray r = {rtk_v3(ray->org[0], ray->org[1], ray->org[2]), rtk_v3(ray->dir[0], ray->dir[1], ray->dir[2]), ray->tmin,
                        ray->tmax, ray->mask};
@@ -98,6 +98,6 @@ int RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, one))(const rtk_scene *scene, co
         return JOIN(RTI_TRACER_NAME, trace, 1)(&q);
     JOIN(RTI_TRACER_NAME, trace, 0)(&q);
     rtk_query_finish(&q);
-    *hit = q.best;
+    *hit = (rti_hit){q.best.t, q.best.u, q.best.v, q.best.prim, q.best.geom, q.best.inst};
     return hit->prim != RTK_INVALID;
 }

@@ -33,11 +33,21 @@ typedef struct rti_scratch {
     bool bare;   /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
 } rti_scratch;
 
-/* A ray as callers have it (rt_ray): who copied it word by word would wait until it stands in memory to be read again. */
-typedef struct rti_ray {
+/* A ray as callers have it (rt_ray), where it stands, and their hit (rt_hit): who copied them word by word would wait until they
+ * stand in memory to be read again. */
+#if defined(__GNUC__)
+#define RTI_ANYBODYS __attribute__((may_alias))
+#else
+#define RTI_ANYBODYS
+#endif
+typedef struct RTI_ANYBODYS rti_ray {
     float org[3], tmin, dir[3], tmax;
     rtk_u32 mask;
 } rti_ray;
+typedef struct RTI_ANYBODYS rti_hit {
+    float t, u, v;
+    rtk_u32 prim, geom, inst;
+} rti_hit;
 
 typedef struct rti_tracer {
     const char *name; /* as in settings.traversal: "brute", "kdtree", "octree", "bvh" */
@@ -52,7 +62,7 @@ typedef struct rti_tracer {
     void (*occluded)(const rtk_scene *scene, const rtk_trace_block *rays, uint16_t *occluded, uint32_t count, uint32_t flags,
                      rti_scratch *scratch);
     /* One ray at a time (0 to 1), without blocks: its closest hit to *hit, or hit NULL: any. Returns whether there is one. */
-    int (*one)(const rtk_scene *scene, const rti_ray *ray, float time, rtk_hit *hit);
+    int (*one)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit);
 } rti_tracer;
 
 /* All tracers, in the order of trace.def: as many, of the same names, trees and widths, for each instruction set that this build

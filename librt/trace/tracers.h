@@ -10,7 +10,7 @@
                                                   uint32_t count, uint32_t flags, rti_scratch *scratch);                         \
     void RTI_ISA_FN(rti_trace_##name##_occluded)(const rtk_scene *scene, const rtk_trace_block *rays, uint16_t *occluded,        \
                                                  uint32_t count, uint32_t flags, rti_scratch *scratch);                         \
-    int RTI_ISA_FN(rti_trace_##name##_one)(const rtk_scene *scene, const rti_ray *ray, float time, rtk_hit *hit);
+    int RTI_ISA_FN(rti_trace_##name##_one)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit);
 #include "trace.def"
 #undef RTI_TRACER
 

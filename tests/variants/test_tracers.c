@@ -167,7 +167,7 @@ static void compare_alone(batch *b, const rtk_scene *s, const rti_tracer *tracer
         const uint32_t k = i % RTK_BLOCK;
         const rti_ray ray = {{r->ox[k], r->oy[k], r->oz[k]}, r->tmin[k], {r->dx[k], r->dy[k], r->dz[k]}, r->tmax[k], r->mask[k]};
         const float time = b->times[i];
-        rtk_hit h;
+        rti_hit h;
         const int hit = tracer->one(s, &ray, time, &h), any = tracer->one(s, &ray, time, NULL);
         to->t[k] = h.t, to->u[k] = h.u, to->v[k] = h.v;
         to->prim[k] = h.prim, to->geom[k] = h.geom, to->inst[k] = h.inst;
