@@ -19,20 +19,21 @@
 typedef struct lone {
     const rtk_scene *scene;
     const rtk_group *group;
-    const rtk_part *part; /* NULL: q and r are given */
+    const rtk_part *part; /* of the scene's own group; NULL: q and r are given */
     const rtk_tree *tree;
-    const float *org, *dir; /* as prepared */
+    const float *org, *dir; /* as prepared: no origin is moved here */
     float tmin, tmax, scale, kdz, sx, sy;
     rtk_u32 kx, ky, kz;
     float far, t, u, v;
     rtk_u32 late;
     rtk_hit best;
-    rtk_query *q;       /* whom the leaf test itself is asked for; of a part, made when it is needed: from */
-    rtk_pray *r;        /* and */
-    const rtk_ray *ray; /* this */
+    /* Whom the leaf test itself is asked for; of a part both are made when they are needed, of the ray as it was given. */
+    rtk_query *q;
+    const rtk_pray *r;
+    const rtk_ray *ray;
 } lone;
 
-/* The triangle at a place, by the leaf test itself; late is RTK_INVALID. */
+/* A reference, by the leaf test itself; late is RTK_INVALID. */
 RTI_APART int lone_ask_plain(lone *l, rtk_u32 mode, rtk_u32 ref)
 {
     rtk_query own;
@@ -46,7 +47,7 @@ RTI_APART int lone_ask_plain(lone *l, rtk_u32 mode, rtk_u32 ref)
         r = &prepared;
         rtk_query_init(q, l->scene, *l->ray);
         if (!rtk_ray_prepare(*l->ray, part->lo, part->hi, part->scale, &prepared))
-            return 0;
+            return 0; /* never: lone_part asks the same */
     }
     q->best = l->best;
     end = rtk_query_prim(q, mode, r, ref);
@@ -365,35 +366,35 @@ RTI_VEC int lone_walk(lone *l, rtk_u32 mode, const lone_slabs *given)
 }
 
 /* A prepared ray through a tree whose hits all count; 0: this is not for it. end: as lone_walk returns. */
-RTI_VEC int lone_group(rtk_query *q, rtk_u32 mode, const rtk_tree *tree, const rtk_pray *given, int *end)
+RTI_VEC int lone_group(rtk_query *q, rtk_u32 mode, const rtk_tree *tree, const rtk_pray *r, int *end)
 {
-    rtk_pray r = *given;
-    const float org[3] = {r.org.x, r.org.y, r.org.z}, dir[3] = {r.dir.x, r.dir.y, r.dir.z}, inv[3] = {r.inv.x, r.inv.y, r.inv.z};
+    const float org[3] = {r->org.x, r->org.y, r->org.z}, dir[3] = {r->dir.x, r->dir.y, r->dir.z};
+    const float inv[3] = {r->inv.x, r->inv.y, r->inv.z};
     lone l = {.scene = q->scene,
               .group = q->group,
               .part = NULL,
               .tree = tree,
               .org = org,
               .dir = dir,
-              .tmin = r.tmin,
-              .tmax = r.tmax,
-              .scale = r.scale,
-              .kdz = r.kdz,
-              .sx = r.sx,
-              .sy = r.sy,
-              .kx = r.kx,
-              .ky = r.ky,
-              .kz = r.kz,
-              .far = rtk_min(r.t1, q->best.t),
+              .tmin = r->tmin,
+              .tmax = r->tmax,
+              .scale = r->scale,
+              .kdz = r->kdz,
+              .sx = r->sx,
+              .sy = r->sy,
+              .kx = r->kx,
+              .ky = r->ky,
+              .kz = r->kz,
+              .far = rtk_min(r->t1, q->best.t),
               .t = q->best.t,
               .late = RTK_INVALID,
               .best = q->best,
               .q = q,
-              .r = &r};
+              .r = r};
     lone_slabs slabs;
-    if (!lone_slabs_of(org, inv, r.scale, r.t0, &slabs))
+    if (!lone_slabs_of(org, inv, r->scale, r->t0, &slabs))
         return 0;
-    *end = r.t0 <= l.far && lone_walk(&l, mode, &slabs);
+    *end = r->t0 <= l.far && lone_walk(&l, mode, &slabs);
     q->best = l.best;
     return 1;
 }
@@ -406,7 +407,7 @@ RTI_VEC int lone_fits(const rtk_scene *scene)
     return scene->instance_count == 0u && g->plane_count == 0u && g->shape_count == 0u && (g->flags & RTK_GROUP_PLAIN);
 }
 
-/* A ray, four lanes of which three count, as it comes. */
+/* A ray as it comes: of four lanes three count. */
 typedef struct lone_given {
     rti_f4 org, dir, inv;
     float most; /* of |org| */
@@ -452,7 +453,7 @@ RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part
     return rtk_max(t0, l->tmin) <= l->far && lone_walk(l, mode, &slabs);
 }
 
-/* A valid ray made ready. org, dir: room for its numbers. */
+/* A valid ray made ready, but for what a part brings. same: the ray, for who makes a query of it. */
 RTI_VEC void lone_begin(lone *l, const rtk_scene *scene, const rti_ray *ray, const rtk_ray *same)
 {
     const float x = rtk_fabs(ray->dir[0]), y = rtk_fabs(ray->dir[1]), z = rtk_fabs(ray->dir[2]);
