@@ -6,7 +6,6 @@
 #include "parts.h"
 
 #define RTI_ARRAYS_GUESS 0xffffffffu /* flags: nobody has said what the rays are like, so they are looked at */
-
 #define RTI_ARRAYS_ALONE 8u          /* rays from which on they go together; fewer: each goes by itself, in no memory */
 
 /* times: [count] or NULL. flags: RTI_TRACE_COHERENT, 0, or GUESS. Any thread; the snapshot is held by the caller. */

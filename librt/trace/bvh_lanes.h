@@ -10,12 +10,18 @@
 #define NODE(op) rti_f8_##op
 #define NODE_N   8
 typedef rti_f8 bvh_vec;
-#define node_bits rti_m8_bits
+typedef rti_tri_ray8 bvh_pairs_ray;
+typedef rti_tri_hit8 bvh_pairs_hit;
+#define node_bits  rti_m8_bits
+#define pairs_test rti_tri8
 #else
-#define NODE(op)  rti_f4_##op
-#define NODE_N    4
+#define NODE(op)   rti_f4_##op
+#define NODE_N     4
 typedef rti_f4 bvh_vec;
-#define node_bits rti_m4_bits
+typedef rti_tri_ray4 bvh_pairs_ray;
+typedef rti_tri_hit4 bvh_pairs_hit;
+#define node_bits  rti_m4_bits
+#define pairs_test rti_tri4
 #endif
 
 #define BVH_WALK_OTHER_(walk) walk##_other
@@ -74,8 +80,8 @@ RTI_VEC int bvh_large(const rtk_tree *tree)
     return tree->block_count > BVH_LARGE / sizeof *tree->blocks;
 }
 
-/* Asks for what a slot holds, a node or a leaf's first two blocks, or of a leaf without blocks whatever stands there: it will be looked
- * at after what is nearer. */
+/* Asks for what a slot holds, a node or a leaf's first two blocks, or of a leaf without blocks whatever stands there: it will be
+ * looked at after what is nearer. */
 RTI_VEC void bvh_expect(const rtk_tree *tree, rtk_u32 child, rtk_u32 count)
 {
     const uintptr_t node = (uintptr_t)tree->bvh + child * sizeof *tree->bvh;
@@ -182,6 +188,30 @@ RTI_VEC rtk_u32 bvh_own(rtk_u32 k, rtk_u32 at, rtk_u32 count)
 {
     const rtk_u32 first = rtk_umax(at, 4u * k) - 4u * k, end = rtk_umin(at + count, 4u * k + 4u) - 4u * k;
     return (1u << end) - (1u << first);
+}
+
+#define BVH_PAIRS (NODE_N / 4u) /* blocks that one ray meets at a time */
+
+/* One ray and the triangles of block k of a leaf, and where vectors hold them of the next one; lanes that are not the leaf's do
+ * not count. x, y, z: the ray's order of axes; end: behind the leaf's blocks. Returns as rti_tri8. */
+RTI_VEC rtk_u32 bvh_pairs(const rtk_tree *tree, rtk_u32 k, rtk_u32 at, rtk_u32 count, rtk_u32 end, rtk_u32 x, rtk_u32 y,
+                          rtk_u32 z, const bvh_pairs_ray *ray, bvh_pairs_hit *hit)
+{
+    const rtk_bvhblock *b = &tree->blocks[k];
+    rtk_u32 want = bvh_own(k, at, count);
+#if NODE_N > 4
+    const rtk_bvhblock *c = k + 1u < end ? b + 1 : b;
+    want |= k + 1u < end ? bvh_own(k + 1u, at, count) << 4 : 0u;
+#define ROW(v, axis) rti_f8_two(b->v[axis], c->v[axis])
+#else
+    (void)end;
+#define ROW(v, axis) rti_f4_load(b->v[axis])
+#endif
+    const bvh_vec p0[3] = {ROW(v0, x), ROW(v0, y), ROW(v0, z)};
+    const bvh_vec p1[3] = {ROW(v1, x), ROW(v1, y), ROW(v1, z)};
+    const bvh_vec p2[3] = {ROW(v2, x), ROW(v2, y), ROW(v2, z)};
+#undef ROW
+    return pairs_test(ray, p0, p1, p2, want, hit);
 }
 
 /* The blocks of a leaf. */

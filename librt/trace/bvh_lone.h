@@ -161,48 +161,20 @@ RTI_APART int lone_doubt(lone *l, rtk_u32 mode, rtk_u32 place, rtk_u32 certain, 
     return 0;
 }
 
-#if RTI_SIMD >= 8
-#define LONE_V(op)        rti_f8_##op
-#define LONE_ROW(v, axis) rti_f8_two(b->v[axis], c->v[axis])
-#define LONE_N            8u
-typedef rti_f8 lone_vec;
-typedef rti_tri_ray8 lone_ray;
-typedef rti_tri_hit8 lone_hit;
-#define lone_test rti_tri8
-#else
-#define LONE_V(op)        rti_f4_##op
-#define LONE_ROW(v, axis) rti_f4_load(b->v[axis])
-#define LONE_N            4u
-typedef rti_f4 lone_vec;
-typedef rti_tri_ray4 lone_ray;
-typedef rti_tri_hit4 lone_hit;
-#define lone_test         rti_tri4
-#endif
-
-/* A leaf's blocks, two at a time where vectors hold them. Lanes of a block that are not of the leaf hold triangles of others, or
- * repeat one: they may be met as well, which does no harm. */
-RTI_VEC int lone_leaf(lone *l, rtk_u32 mode, const lone_ray *ray, rtk_u32 at, rtk_u32 count)
+/* A leaf's blocks. */
+RTI_VEC int lone_leaf(lone *l, rtk_u32 mode, const bvh_pairs_ray *ray, rtk_u32 at, rtk_u32 count)
 {
-    const rtk_u32 x = l->kx, y = l->ky, z = l->kz, end = (at + count + 3u) / 4u;
-    for (rtk_u32 k = at / 4u; k < end; k += LONE_N / 4u) {
-        const rtk_bvhblock *b = &l->tree->blocks[k];
-        rtk_u32 want = bvh_own(k, at, count);
-#if RTI_SIMD >= 8
-        const rtk_bvhblock *c = k + 1u < end ? b + 1 : b;
-        want |= k + 1u < end ? bvh_own(k + 1u, at, count) << 4 : 0u;
-#endif
-        const lone_vec p0[3] = {LONE_ROW(v0, x), LONE_ROW(v0, y), LONE_ROW(v0, z)};
-        const lone_vec p1[3] = {LONE_ROW(v1, x), LONE_ROW(v1, y), LONE_ROW(v1, z)};
-        const lone_vec p2[3] = {LONE_ROW(v2, x), LONE_ROW(v2, y), LONE_ROW(v2, z)};
-        lone_hit hit;
-        float t[LONE_N], u[LONE_N], v[LONE_N], off[LONE_N];
-        rtk_u32 bits = lone_test(ray, p0, p1, p2, want, &hit);
+    const rtk_u32 end = (at + count + 3u) / 4u;
+    for (rtk_u32 k = at / 4u; k < end; k += BVH_PAIRS) {
+        bvh_pairs_hit hit;
+        float t[NODE_N], u[NODE_N], v[NODE_N], off[NODE_N];
+        rtk_u32 bits = bvh_pairs(l->tree, k, at, count, end, l->kx, l->ky, l->kz, ray, &hit);
         if (bits == 0u)
             continue;
-        LONE_V(store)(t, hit.t);
-        LONE_V(store)(u, hit.u);
-        LONE_V(store)(v, hit.v);
-        LONE_V(store)(off, hit.off);
+        NODE(store)(t, hit.t);
+        NODE(store)(u, hit.u);
+        NODE(store)(v, hit.v);
+        NODE(store)(off, hit.off);
         for (; bits != 0u; bits &= bits - 1u) {
             const rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
             if (hit.doubt >> i & 1u ? lone_doubt(l, mode, 4u * k + i, hit.certain >> i & 1u, t[i], off[i])
@@ -311,11 +283,11 @@ RTI_VEC rtk_u32 lone_open(const rtk_bvhnode *n, const lone_slabs *s, float far, 
     return bits;
 }
 
-RTI_VEC lone_ray lone_tri_ray(const lone *l)
+RTI_VEC bvh_pairs_ray lone_tri_ray(const lone *l)
 {
-    return (lone_ray){LONE_V(set)(l->org[l->kx]), LONE_V(set)(l->org[l->ky]), LONE_V(set)(l->org[l->kz]), LONE_V(set)(l->sx),
-                      LONE_V(set)(l->sy),         LONE_V(set)(l->kdz),        LONE_V(set)(l->tmin),       LONE_V(set)(l->tmax),
-                      LONE_V(set)(0.0f),          LONE_V(set)(l->scale)};
+    return (bvh_pairs_ray){NODE(set)(l->org[l->kx]), NODE(set)(l->org[l->ky]), NODE(set)(l->org[l->kz]), NODE(set)(l->sx),
+                           NODE(set)(l->sy),         NODE(set)(l->kdz),        NODE(set)(l->tmin),       NODE(set)(l->tmax),
+                           NODE(set)(0.0f),          NODE(set)(l->scale)};
 }
 
 /* The walk, from *l on. Returns 1 when any hit was asked for, and there is one. */
@@ -324,7 +296,7 @@ RTI_VEC int lone_walk(lone *l, rtk_u32 mode, const lone_slabs *given)
     const lone_slabs slabs = *given;
     const rtk_tree *tree = l->tree;
     const rtk_bvhnode *const nodes = tree->bvh;
-    const lone_ray ray = lone_tri_ray(l);
+    const bvh_pairs_ray ray = lone_tri_ray(l);
     lone_stack s;
     float far = l->far; /* outside of memory */
     const int large = bvh_large(tree);

@@ -6,51 +6,25 @@
 
 /* ---- leaves ---- */
 
-#if RTI_SIMD >= 8
-#define one_n            8u
-#define one_vec          rti_f8
-#define one_ray          rti_tri_ray8
-#define one_hit          rti_tri_hit8
-#define one_test         rti_tri8
-#define ONE(op)          rti_f8_##op
-#define ONE_ROW(v, axis) rti_f8_two(b->v[axis], c->v[axis])
-#else
-#define one_n            4u
-#define one_vec          rti_f4
-#define one_ray          rti_tri_ray4
-#define one_hit          rti_tri_hit4
-#define one_test         rti_tri4
-#define ONE(op)          rti_f4_##op
-#define ONE_ROW(v, axis) rti_f4_load(b->v[axis])
-#endif
-
 /* Triangles for one ray, two blocks at a time where vectors hold them. */
 RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 l, rtk_u32 at, rtk_u32 count)
 {
     const rtk_u32 kz = (rtk_u32)s->kind[l], kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
     const rtk_u32 end = (at + count + 3u) / 4u;
     const stream_tri *o = &s->tri[l];
-    const one_ray r = {ONE(set)(o->ox),  ONE(set)(o->oy),   ONE(set)(o->oz),   ONE(set)(o->sx), ONE(set)(o->sy),
-                       ONE(set)(o->kdz), ONE(set)(o->tmin), ONE(set)(o->tmax), ONE(set)(0.0f),  ONE(set)(a->part->scale)};
-    for (rtk_u32 k = at / 4u; k < end; k += one_n / 4u) {
-        const rtk_bvhblock *b = &a->tree.blocks[k];
-        rtk_u32 want = bvh_own(k, at, count);
-#if RTI_SIMD >= 8
-        const rtk_bvhblock *c = k + 1u < end ? b + 1 : b;
-        want |= k + 1u < end ? bvh_own(k + 1u, at, count) << 4 : 0u;
-#endif
-        const one_vec p0[3] = {ONE_ROW(v0, kx), ONE_ROW(v0, ky), ONE_ROW(v0, kz)};
-        const one_vec p1[3] = {ONE_ROW(v1, kx), ONE_ROW(v1, ky), ONE_ROW(v1, kz)};
-        const one_vec p2[3] = {ONE_ROW(v2, kx), ONE_ROW(v2, ky), ONE_ROW(v2, kz)};
-        one_hit hit;
-        float t[one_n], u[one_n], v[one_n], off[one_n];
-        rtk_u32 bits = one_test(&r, p0, p1, p2, want, &hit);
+    const bvh_pairs_ray r = {NODE(set)(o->ox), NODE(set)(o->oy),         NODE(set)(o->oz),   NODE(set)(o->sx),
+                             NODE(set)(o->sy), NODE(set)(o->kdz),        NODE(set)(o->tmin), NODE(set)(o->tmax),
+                             NODE(set)(0.0f),  NODE(set)(a->part->scale)};
+    for (rtk_u32 k = at / 4u; k < end; k += BVH_PAIRS) {
+        bvh_pairs_hit hit;
+        float t[NODE_N], u[NODE_N], v[NODE_N], off[NODE_N];
+        rtk_u32 bits = bvh_pairs(&a->tree, k, at, count, end, kx, ky, kz, &r, &hit);
         if (bits == 0u)
             continue;
-        ONE(store)(t, hit.t);
-        ONE(store)(u, hit.u);
-        ONE(store)(v, hit.v);
-        ONE(store)(off, hit.off);
+        NODE(store)(t, hit.t);
+        NODE(store)(u, hit.u);
+        NODE(store)(v, hit.v);
+        NODE(store)(off, hit.off);
         for (; bits != 0u; bits &= bits - 1u) {
             const rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
             stream_met(a, s, l, mode, 4u * k + i, hit.doubt, hit.certain, t, u, v, off, i);
@@ -59,14 +33,6 @@ RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 
         }
     }
 }
-
-#undef one_n
-#undef one_vec
-#undef one_ray
-#undef one_hit
-#undef one_test
-#undef ONE
-#undef ONE_ROW
 
 #ifdef RTI_PACK
 /* What four rays and four triangles give, one by one. */
@@ -317,8 +283,8 @@ RTI_VEC stream_planes stream_planes_of(const rtk_bvhnode *n, rtk_u32 octant)
     return (stream_planes){{n->box[0][x], n->box[1][y], n->box[2][z]}, {n->box[0][1u - x], n->box[1][1u - y], n->box[2][1u - z]}};
 }
 
-/* Where the first of a list's rays enters each slot, in lanes: before one is looked at; and the least of all lanes at the end. Any
- * hit needs no order. */
+/* Where the first of a list's rays enters each slot, in lanes: before one is looked at; and the least of all lanes at the end.
+ * Any hit needs no order. */
 RTI_VEC void stream_lows_begin(rtk_u32 mode, vec low[RTK_BVH_WIDTH])
 {
     for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)

@@ -74,8 +74,7 @@ RTI_VEC void packet_rays_load(packet_rays *r, const rtk_trace_block *b, rtk_u32 
     r->axes[2] = LANES_ALL & ~(r->axes[0] | r->axes[1]);
 }
 
-/* Of rays that start far away, those that miss a part whatever moving their origins does to them. The slabs are good to some
- * 2^-22 of the way to the part, and so is the moved ray; the part is grown by sixteen times that. */
+/* Of rays that start far away, those that miss a part whatever moving their origins does to them: rtk_ray_passes. */
 RTI_VEC rtk_u32 packet_rays_pass(const vec org[3], const vec inv[3], vec tmin, const float lo[3], const float hi[3], float scale)
 {
     const vec zero = V(set)(0.0f);
