@@ -13,6 +13,7 @@
  *   rti_mN_bits(m)  _of(bits)                         lane i is bit i
  *   rti_f8_two(p, q)                                  p[0] to p[3] and q[0] to q[3], where there is rti_f8
  *   rti_f4_turn(a, b)                                 b[i] has lane i of a[0] to a[3]
+ *   rti_rows4(from, to)                               to[k][i] = from[i][k], for k below 4 and i below 16
  *
  * Where RTI_PACK is defined (AVX-512), of lanes chosen by bits, too:
  *   rti_f8_pack(p, bits, a)  rti_u8_pack(p, bits, a)  the chosen lanes of a vector, or of a[8], side by side from p on; all eight
@@ -97,6 +98,19 @@ RTI_VEC void rti_f4_turn(const rti_f4 a[4], rti_f4 b[4])
     b[3] = RTI_MIX(z, w, 2, 3, 6, 7);
 }
 #undef RTI_MIX
+
+#if RTI_SIMD == 4
+RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
+{
+    for (uint32_t i = 0; i < 16; i += 4) {
+        const rti_f4 a[4] = {rti_f4_load(from[i]), rti_f4_load(from[i + 1]), rti_f4_load(from[i + 2]), rti_f4_load(from[i + 3])};
+        rti_f4 b[4];
+        rti_f4_turn(a, b);
+        for (uint32_t k = 0; k < 4; k++)
+            rti_f4_store(to[k] + i, b[k]);
+    }
+}
+#endif
 
 #ifndef RTI_MSUB
 #define rti_f4_msub(a, b, c) ((a) * (b) - (c))

@@ -4,15 +4,6 @@
 #include "camera_rays.h"
 #include "lanes.h"
 
-#define GROUP 4u
-
-/* Lanes of one group, one sample. */
-typedef struct lanes {
-    uint32_t count, sample;
-    uint32_t x[RTK_BLOCK], y[RTK_BLOCK]; /* in the whole image */
-    uint32_t home[RTK_BLOCK];
-} lanes;
-
 static bool open_tile(rti_worker *w)
 {
     const rti_frame *f = w->frame;
@@ -46,21 +37,19 @@ static bool open_tile(rti_worker *w)
     return true;
 }
 
-static void gather(const rti_worker *w, lanes *l)
+static rti_pixel_group group_at(const rti_worker *w)
 {
     const rt_tile *t = &w->slots[w->slot].tile;
-    uint32_t base = w->slot << w->frame->slot_shift;
-    uint32_t x1 = w->group_x + GROUP < t->width ? w->group_x + GROUP : t->width;
-    uint32_t y1 = w->group_y + GROUP < t->height ? w->group_y + GROUP : t->height;
-    l->count = 0;
-    l->sample = w->sample;
-    for (uint32_t y = w->group_y; y < y1; y++) {
-        for (uint32_t x = w->group_x; x < x1; x++) {
-            l->x[l->count] = t->x + x;
-            l->y[l->count] = t->y + y;
-            l->home[l->count++] = base + y * t->width + x;
-        }
-    }
+    const uint32_t right = t->width - w->group_x, below = t->height - w->group_y;
+    rti_pixel_group g;
+    g.x = t->x + w->group_x;
+    g.y = t->y + w->group_y;
+    g.columns = right < RTI_GROUP ? right : RTI_GROUP;
+    g.rows = below < RTI_GROUP ? below : RTI_GROUP;
+    g.sample = w->sample;
+    g.home = (w->slot << w->frame->slot_shift) + w->group_y * t->width + w->group_x;
+    g.pitch = t->width;
+    return g;
 }
 
 /* Next sample of the group, next group, end of the tile. */
@@ -70,11 +59,11 @@ static void advance(rti_worker *w)
     if (++w->sample < w->frame->set.samples)
         return;
     w->sample = 0;
-    w->group_x += GROUP;
+    w->group_x += RTI_GROUP;
     if (w->group_x < s->tile.width)
         return;
     w->group_x = 0;
-    w->group_y += GROUP;
+    w->group_y += RTI_GROUP;
     if (w->group_y < s->tile.height)
         return;
     s->made = true;
@@ -127,46 +116,46 @@ static void copy_rays(rti_rays *batch, uint32_t at, const rtk_trace_block *t, co
     memcpy(batch->home[b].home + k, home + from, n * sizeof *home);
 }
 
-/* The lanes of l become rays [at, at + count) of the batch. A whole group in a whole block is made in its place. */
-static void emit(rti_worker *w, lanes *l, uint32_t at)
+/* A group's pixels become rays of the batch from `at` on; returns how many. A whole group in a whole block is made in its place.
+ */
+static uint32_t emit(rti_worker *w, const rti_pixel_group *g, uint32_t at)
 {
     const rti_frame *f = w->frame;
+    const uint32_t b = at / RTK_BLOCK, count = g->columns * g->rows;
     uint32_t head = RTK_BLOCK - at % RTK_BLOCK;
-    bool whole = l->count == RTK_BLOCK && head == RTK_BLOCK;
-    rtk_trace_block trace, *t = whole ? &w->batch.trace[at / RTK_BLOCK] : &trace;
-    rtk_path_block path, *p = whole ? &w->batch.path[at / RTK_BLOCK] : &path;
-    float px[RTK_BLOCK], py[RTK_BLOCK];
-    if (l->count == 0)
-        return;
-    for (uint32_t k = l->count; k < RTK_BLOCK; k++) {
-        l->x[k] = l->x[0];
-        l->y[k] = l->y[0];
-    }
-    f->lanes->camera(f, l->x, l->y, l->sample, t, p, px, py);
+    const bool whole = count == RTK_BLOCK && head == RTK_BLOCK;
+    rtk_trace_block trace, *t = whole ? &w->batch.trace[b] : &trace;
+    rtk_path_block path, *p = whole ? &w->batch.path[b] : &path;
+    rti_home_block home, *h = whole ? &w->batch.home[b] : &home;
+    float px[RTK_BLOCK] RTI_ROW, py[RTK_BLOCK] RTI_ROW;
+    f->lanes->camera(f, g, whole && b < w->camera_blocks, t, p, h, px, py);
     if (f->lens_varies)
         emit_varying(f, t, p, px, py);
     if (whole) {
-        memcpy(w->batch.home[at / RTK_BLOCK].home, l->home, sizeof l->home);
-        return;
+        w->camera_blocks += w->camera_blocks == b;
+        return count;
     }
-    head = head < l->count ? head : l->count;
-    copy_rays(&w->batch, at, t, p, l->home, 0, head);
-    if (head < l->count)
-        copy_rays(&w->batch, at + head, t, p, l->home, head, l->count - head);
+    w->camera_blocks = w->camera_blocks < b ? w->camera_blocks : b;
+    head = head < count ? head : count;
+    copy_rays(&w->batch, at, t, p, h->home, 0, head);
+    if (head < count)
+        copy_rays(&w->batch, at + head, t, p, h->home, head, count - head);
+    return count;
 }
 
 uint32_t rti_make_camera_rays(rti_worker *worker, uint32_t room)
 {
     uint32_t count = 0;
-    lanes l;
     while (count + RTK_BLOCK <= room) {
+        rti_pixel_group group;
+        uint32_t made;
         if (worker->slot == RTK_INVALID && !open_tile(worker))
             break;
-        gather(worker, &l);
-        emit(worker, &l, count);
-        worker->slots[worker->slot].live += l.count;
-        worker->counts.rays[RTK_KIND_CAMERA] += l.count;
-        count += l.count;
+        group = group_at(worker);
+        made = emit(worker, &group, count);
+        worker->slots[worker->slot].live += made;
+        worker->counts.rays[RTK_KIND_CAMERA] += made;
+        count += made;
         advance(worker);
     }
     return count;

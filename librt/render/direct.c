@@ -116,7 +116,7 @@ void rti_light_all(rti_worker *worker)
             shine_sphere(worker, i);
         else
             worker->frame->lanes->shine(worker, i);
-        if (worker->shadows.count >= worker->shadows.capacity / FLUSH_PART)
+        if (worker->frame->scene->light_count > 1 && worker->shadows.count >= worker->shadows.capacity / FLUSH_PART)
             rti_shadow_flush(worker);
     }
     worker->lit_count = 0;

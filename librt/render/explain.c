@@ -342,7 +342,8 @@ static void look_on(recorder *r)
     f->slot_shift = CELL_SHIFT;
     w->film = r->film;
     w->shadows.capacity = 1;
-    w->scratch.bare = false; /* hits are told whole */
+    w->lit_most = 0xffffffffu; /* lights shine at the end of a step, once */
+    w->scratch.bare = false;   /* hits are told whole */
 }
 
 static void tell_pixel(const recorder *r, rt_explained_pixel *pixel)

@@ -118,11 +118,21 @@ enum {
 /* What a step of an integrator does with a sheaf whose surfaces are there. */
 typedef void (*rti_sheaf_fn)(rti_worker *worker, rti_sheaf *sheaf);
 
+/* Neighbouring pixels of a tile and one sample of each. */
+#define RTI_GROUP 4u /* most columns and rows */
+typedef struct rti_pixel_group {
+    uint32_t x, y; /* the first pixel, in the whole image */
+    uint32_t columns, rows;
+    uint32_t sample;
+    uint32_t home, pitch; /* place of the first, and of a pixel below another */
+} rti_pixel_group;
+
 /* Of one instruction set. */
 struct rti_lanes {
-    /* Sixteen neighbouring pixels' rays of one sample, lane i at pixel (x[i], y[i]). */
-    void (*camera)(const rti_frame *frame, const uint32_t x[RTK_BLOCK], const uint32_t y[RTK_BLOCK], uint32_t sample,
-                   rtk_trace_block *trace, rtk_path_block *path, float px[RTK_BLOCK], float py[RTK_BLOCK]);
+    /* The rays of a group's pixels. again: in their place stand others of this camera, with which they share most of their
+     * state. */
+    void (*camera)(const rti_frame *frame, const rti_pixel_group *group, bool again, rtk_trace_block *trace, rtk_path_block *path,
+                   rti_home_block *home, float px[RTK_BLOCK], float py[RTK_BLOCK]);
     /* Hits [first, first + count) of the batch, of one depth, by kind: misses add the world's light, each sheaf goes to `then`.
      */
     void (*sheaves)(rti_worker *worker, uint32_t first, uint32_t count, rti_sheaf_fn then);

@@ -47,22 +47,22 @@ RTI_LANES_FN static void rays(const rti_frame *f, const float *px, const float *
         t->dx[k] = dir.x;
         t->dy[k] = dir.y;
         t->dz[k] = dir.z;
-        t->tmin[k] = 0.0f;
-        t->tmax[k] = RTK_INF;
-        t->mask[k] = RT_MASK_CAMERA;
     }
 }
 
-RTI_LANES_FN static void states(const rti_frame *f, uint32_t sample, rtk_path_block *restrict p)
+/* What all rays of a camera share. */
+RTI_LANES_FN static void states(const rti_frame *f, rtk_trace_block *restrict t, rtk_path_block *restrict p)
 {
     const float width = f->lens.width, spread = f->lens.spread;
     const rtk_key root = rtk_key_root();
     RTI_EACH_LANE(k)
     {
+        t->tmin[k] = 0.0f;
+        t->tmax[k] = RTK_INF;
+        t->mask[k] = RT_MASK_CAMERA;
         p->tpr[k] = 1.0f;
         p->tpg[k] = 1.0f;
         p->tpb[k] = 1.0f;
-        p->sample[k] = sample;
         p->depth_kind[k] = RTK_KIND_CAMERA << 16;
         p->key_lo[k] = root.lo;
         p->key_hi[k] = root.hi;
@@ -73,22 +73,36 @@ RTI_LANES_FN static void states(const rti_frame *f, uint32_t sample, rtk_path_bl
     }
 }
 
-void RTI_ISA_FN(rti_lanes_camera)(const rti_frame *f, const uint32_t *x, const uint32_t *y, uint32_t sample,
-                                  rtk_trace_block *trace, rtk_path_block *path, float *px, float *py)
+/* Columns and rows of the lanes in groups of one to four columns. What stands behind a group's last row is no ray. */
+static const uint32_t columns[RTI_GROUP][RTK_BLOCK] RTI_ROW = {
+    {0}, {0, 1, 0, 1, 0, 1, 0, 1}, {0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}, {0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3}};
+static const uint32_t rows[RTI_GROUP][RTK_BLOCK] RTI_ROW = {{0, 1, 2, 3},
+                                                            {0, 0, 1, 1, 2, 2, 3, 3},
+                                                            {0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3},
+                                                            {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3}};
+
+void RTI_ISA_FN(rti_lanes_camera)(const rti_frame *f, const rti_pixel_group *group, bool again, rtk_trace_block *trace,
+                                  rtk_path_block *path, rti_home_block *home, float *px, float *py)
 {
-    const uint32_t width = f->set.desc.width;
-    float dx[RTK_BLOCK] = {0}, dy[RTK_BLOCK] = {0};
+    const rti_pixel_group g = *group;
+    const uint32_t width = f->set.desc.width, *column = columns[g.columns - 1], *row = rows[g.columns - 1];
+    float dx[RTK_BLOCK] RTI_ROW = {0}, dy[RTK_BLOCK] RTI_ROW = {0};
     RTI_EACH_LANE(k)
-    path->pixel[k] = y[k] * width + x[k];
+    {
+        path->pixel[k] = (g.y + row[k]) * width + g.x + column[k];
+        path->sample[k] = g.sample;
+        home->home[k] = g.home + row[k] * g.pitch + column[k];
+    }
     if (f->set.samples > 1)
-        offsets(f, path->pixel, sample, dx, dy);
+        offsets(f, path->pixel, g.sample, dx, dy);
     RTI_EACH_LANE(k)
     { /* signed: a coordinate is below 2^20, and older processors convert nothing else */
-        px[k] = (float)(int32_t)x[k] + 0.5f + dx[k];
-        py[k] = (float)(int32_t)y[k] + 0.5f + dy[k];
+        px[k] = (float)(int32_t)(g.x + column[k]) + 0.5f + dx[k];
+        py[k] = (float)(int32_t)(g.y + row[k]) + 0.5f + dy[k];
     }
     rays(f, px, py, trace);
-    states(f, sample, path);
+    if (!again)
+        states(f, trace, path);
 }
 
 /* A power of two divides as its inverse multiplies. Four pixels' sums at a time: a loop that asks for the channel is no vector.

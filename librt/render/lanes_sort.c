@@ -278,6 +278,8 @@ static void hits(rti_worker *w, rti_sheaf *c, rti_sheaf_fn then)
     if (c->material_kind >= RTI_LOOK_TEXTURED)
         texture_colors(scene, c);
     then(w, c);
+    if (w->lit_count + RTK_BLOCK > w->lit_most)
+        w->frame->set.integrator->light(w);
 }
 
 void RTI_ISA_FN(rti_lanes_sheaves)(rti_worker *w, uint32_t first, uint32_t count, rti_sheaf_fn then)

@@ -14,9 +14,9 @@ static rtk_vec3 row3(const float *x, const float *y, const float *z, uint32_t k)
 
 /* ---- triangles ---- */
 
-/* Rows of three floats at each corner of the lanes' triangles: the first corner's, the second's, the third's. */
+/* Rows of three floats at each corner of the lanes' triangles: the first corner's, the second's, the third's; and room. */
 typedef struct corners {
-    float row[9][RTK_BLOCK] RTI_ROW;
+    float row[12][RTK_BLOCK] RTI_ROW;
 } corners;
 
 static rtk_vec3 corner3(const corners *v, uint32_t i, uint32_t k)
@@ -42,15 +42,11 @@ static void load_vertices(const rtk_group *g, const rti_sheaf *c, corners *v)
         }
         return;
     }
-    for (uint32_t k = 0; k < RTK_BLOCK; k += 4) {
-        for (uint32_t i = 0; i < 12; i += 4) { /* four words of four triangles; the last three are no corner's */
-            rti_f4 words[4], rows[4];
-            for (uint32_t j = 0; j < 4; j++)
-                words[j] = rti_f4_load(g->tris[at[k + j]].v0 + i);
-            rti_f4_turn(words, rows);
-            for (uint32_t j = 0; j < 4 && i + j < 9; j++)
-                rti_f4_store(v->row[i + j] + k, rows[j]);
-        }
+    for (uint32_t i = 0; i < 12; i += 4) { /* the last three are no corner's */
+        const float *from[RTK_BLOCK];
+        RTI_EACH_LANE(k)
+        from[k] = (const float *)(const void *)&g->tris[at[k]] + i;
+        rti_rows4(from, v->row + i);
     }
 }
 
@@ -153,18 +149,14 @@ RTI_LANES_FN static void coordinates(const rtk_group *g, rti_sheaf *c, const flo
 
 RTI_LANES_FN static void spheres(const rtk_group *g, rti_sheaf *c)
 {
-    float x[RTK_BLOCK] RTI_ROW, y[RTK_BLOCK] RTI_ROW, z[RTK_BLOCK] RTI_ROW, radius[RTK_BLOCK] RTI_ROW;
+    float sphere[4][RTK_BLOCK] RTI_ROW;
+    const float *from[RTK_BLOCK], *radius = sphere[3];
+    RTI_EACH_LANE(k)
+    from[k] = g->shapes[g->geoms[c->geom[k]].first + c->prim[k]].p;
+    rti_rows4(from, sphere);
     RTI_EACH_LANE(k)
     {
-        const rtk_shape *s = &g->shapes[g->geoms[c->geom[k]].first + c->prim[k]];
-        x[k] = s->p[0];
-        y[k] = s->p[1];
-        z[k] = s->p[2];
-        radius[k] = s->p[3];
-    }
-    RTI_EACH_LANE(k)
-    {
-        rtk_vec3 at = row3(x, y, z, k), n, p, lo, hi;
+        rtk_vec3 at = row3(sphere[0], sphere[1], sphere[2], k), n, p, lo, hi;
         rtk_ray ray;
         ray.org = row3(c->ox, c->oy, c->oz, k);
         ray.dir = row3(c->dx, c->dy, c->dz, k);

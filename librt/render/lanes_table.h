@@ -7,8 +7,8 @@
 
 #define RTI_LANES_DECLARE(isa)                                                                                                   \
     extern const rti_lanes rti_lanes_##isa;                                                                                      \
-    void rti_lanes_camera_##isa(const rti_frame *frame, const uint32_t *x, const uint32_t *y, uint32_t sample,                   \
-                                rtk_trace_block *trace, rtk_path_block *path, float *px, float *py);                             \
+    void rti_lanes_camera_##isa(const rti_frame *frame, const rti_pixel_group *group, bool again, rtk_trace_block *trace,        \
+                                rtk_path_block *path, rti_home_block *home, float *px, float *py);                               \
     void rti_lanes_sheaves_##isa(rti_worker *worker, uint32_t first, uint32_t count, rti_sheaf_fn then);                         \
     void rti_lanes_whitted_##isa(rti_worker *worker, rti_sheaf *sheaf);                                                          \
     void rti_lanes_surface_##isa(const rti_worker *worker, rti_sheaf *sheaf);                                                    \

@@ -6,6 +6,10 @@
 #include "lanes.h"
 #include "wavefront.h"
 
+/* Points that are still in the nearest cache when their light shines. Where there are several lights all of a step gather, for
+ * the rays to one of them are alike. */
+#define LIT_FEW 64u
+
 /* ---- memory: one walk over the arrays measures or places them ---- */
 
 typedef struct layout {
@@ -73,6 +77,7 @@ void rti_worker_init(rti_worker *worker, const rti_frame *frame, void *memory)
     worker->scratch.bare = true; /* shading makes its own of the point */
     worker->slot = RTK_INVALID;
     worker->shadows.light = RTK_INVALID;
+    worker->lit_most = frame->scene->light_count > 1 ? frame->batch + RTK_BLOCK : LIT_FEW;
     memset(worker->lit, 0, (size_t)RTI_LIT_ROWS * worker->lit_stride * sizeof *worker->lit); /* lanes behind the last are read */
     memset(worker->touched, 0, (frame->scene->material_count / 32 + 1) * sizeof *worker->touched);
     memset(worker->slots, 0, frame->slot_count * sizeof *worker->slots);
@@ -128,6 +133,7 @@ static uint32_t take_from_stack(rti_worker *w, uint32_t first, uint32_t room)
     memcpy(to->path + to_block, from->path + at, n * sizeof *to->path);
     memcpy(to->home + to_block, from->home + at, n * sizeof *to->home);
     from->count = at * RTK_BLOCK;
+    w->camera_blocks = w->camera_blocks < to_block ? w->camera_blocks : to_block;
     return taken;
 }
 

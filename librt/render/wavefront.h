@@ -98,13 +98,16 @@ typedef struct rti_worker {
     uint32_t *lit_ray;  /* index in the batch: its pixel, sample, key */
     uint32_t *lit_home; /* where its light goes */
     uint32_t lit_count, lit_stride;
-    uint8_t *keys; /* for shading in lanes: kind of each hit of a depth; then their order; and each hit's material */
+    uint32_t lit_most; /* where there may not be room for another block below this, lights shine before the end of the step */
+    uint8_t *keys;     /* for shading in lanes: kind of each hit of a depth; then their order; and each hit's material */
     uint32_t *order, *materials;
     uint64_t *film;
     uint32_t *touched; /* a bit for each material that shading has looked at */
     rti_slot *slots;
     rti_scratch scratch;
     rti_worker_counts counts;
+
+    uint32_t camera_blocks; /* of the batch, the first: what all camera rays share stands there */
 
     /* Where the making of camera rays stands. */
     uint32_t slot; /* RTK_INVALID: no tile open */

@@ -14,6 +14,11 @@ uint32_t RTI_ISA_FN(simd_compare)(const float a[16], const float b[16], float mi
     return RTI_SIMD;
 }
 
+void RTI_ISA_FN(simd_rows4)(const float *const from[16], float to[4][16])
+{
+    rti_rows4(from, to);
+}
+
 #ifdef RTI_PACK
 static void put_many(uint32_t bits, uint32_t from, simd_packed *out)
 {

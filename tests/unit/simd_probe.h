@@ -43,6 +43,7 @@ typedef struct simd_packed {
  * of a, bits (of eight lanes the lower eight), numbers, at and from; 0: this level has no such functions. */
 #define PROBE(name, level)                                                                                                       \
     uint32_t simd_compare_##name(const float a[16], const float b[16], float min[16], float max[16], uint32_t bits[3]);          \
+    void simd_rows4_##name(const float *const from[16], float to[4][16]);                                                        \
     int simd_packed_##name(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,     \
                            simd_packed *out);
 RTI_ISA_EACH(PROBE)

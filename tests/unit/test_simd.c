@@ -221,6 +221,32 @@ static void test_compare(void **state)
 #undef LEVEL
 }
 
+static void rows4(void (*probe)(const float *const from[16], float to[4][16]))
+{
+    float numbers[100], to[4][16];
+    const float *from[16];
+    rng g = {7};
+    for (int i = 0; i < 100; i++)
+        numbers[i] = (float)i;
+    for (int round = 0; round < 1000; round++) {
+        for (int i = 0; i < 16; i++)
+            from[i] = numbers + (int)(rng_unit(&g) * 96.0f);
+        probe(from, to);
+        for (int i = 0; i < 64; i++)
+            assert_true(to[i / 16][i % 16] == from[i % 16][i / 16]);
+    }
+}
+
+static void test_rows4(void **state)
+{
+    (void)state;
+#define LEVEL(name, isa)                                                                                                         \
+    if (rti_isa_runs(isa))                                                                                                       \
+        rows4(simd_rows4_##name);
+    RTI_ISA_EACH(LEVEL)
+#undef LEVEL
+}
+
 static void test_packed(void **state)
 {
     (void)state;
@@ -233,6 +259,7 @@ static void test_packed(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_compare), cmocka_unit_test(test_packed)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_compare), cmocka_unit_test(test_rows4),
+                                       cmocka_unit_test(test_packed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

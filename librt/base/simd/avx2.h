@@ -24,3 +24,20 @@
 #undef ORDER_eq
 #undef COMPARE
 #undef SELECT
+
+#define PAIR(a, b, how) _mm256_castpd_ps(_mm256_##how##_pd(_mm256_castps_pd(a), _mm256_castps_pd(b)))
+RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
+{
+    for (uint32_t h = 0; h < 16; h += 8) {
+        __m256 a[4];
+        for (uint32_t i = 0; i < 4; i++)
+            a[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(from[h + i])), _mm_loadu_ps(from[h + 4 + i]), 1);
+        const __m256 ab0 = _mm256_unpacklo_ps(a[0], a[1]), ab1 = _mm256_unpackhi_ps(a[0], a[1]);
+        const __m256 cd0 = _mm256_unpacklo_ps(a[2], a[3]), cd1 = _mm256_unpackhi_ps(a[2], a[3]);
+        _mm256_storeu_ps(to[0] + h, PAIR(ab0, cd0, unpacklo));
+        _mm256_storeu_ps(to[1] + h, PAIR(ab0, cd0, unpackhi));
+        _mm256_storeu_ps(to[2] + h, PAIR(ab1, cd1, unpacklo));
+        _mm256_storeu_ps(to[3] + h, PAIR(ab1, cd1, unpackhi));
+    }
+}
+#undef PAIR

@@ -272,6 +272,22 @@ RTI_VEC void rti_f16_fours(rti_f16 a, rti_f16 b, rti_f16 c, rti_f16 d, float to[
         _mm_storeu_ps(to[12 + k], _mm512_extractf32x4_ps(r[k], 3));
     }
 }
+RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
+{
+    __m512 a[4];
+    for (uint32_t i = 0; i < 4; i++) {
+        a[i] = _mm512_castps128_ps512(_mm_loadu_ps(from[i]));
+        a[i] = _mm512_insertf32x4(a[i], _mm_loadu_ps(from[4 + i]), 1);
+        a[i] = _mm512_insertf32x4(a[i], _mm_loadu_ps(from[8 + i]), 2);
+        a[i] = _mm512_insertf32x4(a[i], _mm_loadu_ps(from[12 + i]), 3);
+    }
+    const __m512 ab0 = _mm512_unpacklo_ps(a[0], a[1]), ab1 = _mm512_unpackhi_ps(a[0], a[1]);
+    const __m512 cd0 = _mm512_unpacklo_ps(a[2], a[3]), cd1 = _mm512_unpackhi_ps(a[2], a[3]);
+    _mm512_storeu_ps(to[0], PAIR(ab0, cd0, unpacklo));
+    _mm512_storeu_ps(to[1], PAIR(ab0, cd0, unpackhi));
+    _mm512_storeu_ps(to[2], PAIR(ab1, cd1, unpacklo));
+    _mm512_storeu_ps(to[3], PAIR(ab1, cd1, unpackhi));
+}
 RTI_VEC float rti_f16_low(rti_f16 a)
 {
     return _mm512_reduce_min_ps(a);
