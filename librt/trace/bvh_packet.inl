@@ -98,11 +98,13 @@ static void RTK_NAME(packet_part)(packet *p, streams *a, const rtk_part *part, u
     RTK_NAME(packet_single)(p, part, far);
     if (!coherent)
         RTK_NAME(packet_others)(p, a, part, rays);
+    const float axes = part->RTK_TREE.block_count == 0u ? 1.0f : 0.0f; /* without triangles in blocks, octants will do */
     while (rays != 0u && coherent) {
-        const vec key = V(set)(p->key[__builtin_ctzll(rays)]);
+        const rtk_u32 first = (rtk_u32)__builtin_ctzll(rays);
+        const vec any = V(set)(axes), key = V(set)(p->key[first] - axes * p->kind[first]);
         uint64_t same = 0u;
         for (rtk_u32 i = 0u; i < PACKET; i += RTI_SIMD)
-            same |= (uint64_t)VM(bits)(V(eq)(V(load)(p->key + i), key)) << i;
+            same |= (uint64_t)VM(bits)(V(eq)(V(load)(p->key + i) - any * V(load)(p->kind + i), key)) << i;
         same &= rays;
         rays &= ~same;
         if ((rtk_u32)__builtin_popcountll(same) >= PACKET_FEW) {
