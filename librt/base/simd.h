@@ -18,6 +18,11 @@
  * Where RTI_PACK is defined (AVX-512), of lanes chosen by bits, too:
  *   rti_f8_pack(p, bits, a)  rti_u8_pack(p, bits, a)  the chosen lanes of a vector, or of a[8], side by side from p on; all eight
  *                                                     places behind p are written
+ *   rti_f16_put(p, bits, a)   the chosen lanes of a side by side from p on, and nothing behind them
+ *   rti_first(bits, n)        the lowest n of the bits, n less than 32
+ *   rti_f16_mix(a, bits, b, lanes)
+ *                             b's lanes lanes[i] modulo 16 where bits chooses lane i, else a's; rti_i16_load(p) loads such lanes
+ *   rti_i16_same(a, n, b)     the lanes of a that are b n and less than b n + n, as bits
  *   rti_f16_low(a)            the least lane of a, none of which is NaN
  *   rti_f16_lows(a)           of each of a[0] to a[15] the least lane
  *   rti_f16_row(p)            p[0] to p[3], four times

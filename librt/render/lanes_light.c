@@ -1,10 +1,10 @@
 /* Lit points and one light, in lanes: what the light brings to each and the ray that asks whether it arrives; and the light of
  * the rays that did. */
-#include "../base/simd.h"
 #include "../kernel/classic.h"
 #include "../kernel/lights.h"
 #include "direct.h"
 #include "lanes.h"
+#include "lanes_rows.h"
 #include "lanes_table.h"
 
 /* Sixteen shadow rays and what they bring. */
@@ -123,24 +123,25 @@ static void queue_block(rti_worker *w, uint32_t at, const rays *s)
 static void queue_some(rti_worker *w, uint32_t at, uint32_t lanes, const rays *s)
 {
     rti_shadows *q = &w->shadows;
-    for (uint32_t left = lanes; left != 0;) {
-        const uint32_t k = q->count % RTK_BLOCK, room = RTK_BLOCK - k;
-        uint32_t later = left, some;
-        for (uint32_t i = 0; i < room && later != 0; i++)
-            later &= later - 1;
-        some = left & ~later;
+    while (lanes != 0) {
+        const uint32_t k = q->count % RTK_BLOCK, some = rti_first(lanes, RTK_BLOCK - k);
         rtk_trace_block *t = &q->trace[q->count / RTK_BLOCK];
         rti_pending_block *p = &q->pending[q->count / RTK_BLOCK];
-        const float *const from[] = {s->ox, s->oy, s->oz, s->dx, s->dy, s->dz, s->tmax, s->c.r, s->c.g, s->c.b};
-        float *const to[] = {t->ox, t->oy, t->oz, t->dx, t->dy, t->dz, t->tmax, p->r, p->g, p->b};
-        for (uint32_t i = 0; i < sizeof to / sizeof *to; i++)
-            rti_f16_put(to[i] + k, some, rti_f16_load(from[i]));
-        rti_f16_put((float *)(void *)(p->home + k), some, rti_f16_load((const float *)(const void *)(w->lit_home + at)));
-        rti_f16_put(t->tmin + k, some, rti_f16_set(0.0f));
-        for (uint32_t i = k; i < RTK_BLOCK; i++)
-            t->mask[i] = RT_MASK_SHADOW;
+        rti_put_row(t->ox, k, some, s->ox);
+        rti_put_row(t->oy, k, some, s->oy);
+        rti_put_row(t->oz, k, some, s->oz);
+        rti_put_row(t->dx, k, some, s->dx);
+        rti_put_row(t->dy, k, some, s->dy);
+        rti_put_row(t->dz, k, some, s->dz);
+        rti_put_all(t->tmin, k, some, 0);
+        rti_put_row(t->tmax, k, some, s->tmax);
+        rti_put_all(t->mask, k, some, RT_MASK_SHADOW);
+        rti_put_row(p->r, k, some, s->c.r);
+        rti_put_row(p->g, k, some, s->c.g);
+        rti_put_row(p->b, k, some, s->c.b);
+        rti_put_row(p->home, k, some, w->lit_home + at);
         q->count += (uint32_t)__builtin_popcount(some);
-        left = later;
+        lanes &= ~some;
     }
 }
 #endif

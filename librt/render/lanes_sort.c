@@ -1,5 +1,6 @@
 /* The hits of a batch by what they need: counting-sorted, and taken out of the batch sixteen at a time. */
 #include "lanes.h"
+#include "lanes_rows.h"
 #include "lanes_table.h"
 #include "shade.h"
 
@@ -61,6 +62,15 @@ static uint32_t find_key(const rtk_scene *scene, const rtk_hit_block *h, uint32_
     return key;
 }
 
+/* Whether no ray of a block hit anything. */
+static bool all_miss(const rtk_hit_block *h)
+{
+    uint32_t hit = 0;
+    RTI_EACH_LANE(k)
+    hit |= h->prim[k] ^ RTK_INVALID;
+    return hit == 0;
+}
+
 /* Whether all of a block hit the geometry that was hit last. */
 static bool all_last(const rtk_hit_block *h, const last_hit *last)
 {
@@ -76,13 +86,14 @@ static void find_keys(rti_worker *w, uint32_t first, uint32_t count, uint32_t *c
     for (uint32_t n = 0; n < count;) {
         const rtk_hit_block *h = &w->hits[(first + n) / RTK_BLOCK];
         uint32_t k = (first + n) % RTK_BLOCK, end = RTK_BLOCK - k < count - n ? RTK_BLOCK : k + (count - n);
-        if (end - k == RTK_BLOCK && all_last(h, &last)) {
-            const uint32_t material = last.material;
+        const bool miss = end - k == RTK_BLOCK && all_miss(h);
+        if (miss || (end - k == RTK_BLOCK && all_last(h, &last))) {
+            const uint32_t material = miss ? 0 : last.material, key = miss ? 0 : last.key;
             uint32_t *materials = w->materials + first + n;
-            memset(w->keys + n, (int)last.key, RTK_BLOCK);
+            memset(w->keys + n, (int)key, RTK_BLOCK);
             RTI_EACH_LANE(i)
             materials[i] = material;
-            counts[last.key] += RTK_BLOCK;
+            counts[key] += RTK_BLOCK;
             n += RTK_BLOCK;
             continue;
         }
@@ -115,40 +126,43 @@ static void place_rays(rti_worker *w, uint32_t first, uint32_t count, uint32_t *
 
 /* ---- sheaves ---- */
 
+/* Which blocks of the batch a sheaf's rays are in, for rti_take_rows. */
+static void find_blocks(rti_sheaf *c)
+{
+    c->block_count = 0;
+#ifdef RTI_PACK
+    for (uint32_t left = (1u << RTK_BLOCK) - 1; left != 0;) {
+        const uint32_t block = c->ray[__builtin_ctz(left)] / RTK_BLOCK,
+                       lanes = rti_i16_same(rti_i16_load(c->ray), RTK_BLOCK, block);
+        c->block[c->block_count] = block;
+        c->lanes[c->block_count++] = lanes;
+        left &= ~lanes;
+    }
+#endif
+}
+
+/* Rows of neighbouring fields are neighbours in blocks and sheaves. */
 static void take_scattered(const rti_worker *w, rti_sheaf *c)
 {
-    const rtk_trace_block *t = w->batch.trace;
+#define TAKE(from, size, field, rows) rti_take_rows(c, from, size, rows, (char *)c + offsetof(rti_sheaf, field))
     const rtk_path_block *p = w->batch.path;
-    const rtk_hit_block *h = w->hits;
-    RTI_EACH_LANE(k)
-    {
-        uint32_t b = c->ray[k] / RTK_BLOCK, i = c->ray[k] % RTK_BLOCK;
-        c->home[k] = w->batch.home[b].home[i];
-        c->ox[k] = t[b].ox[i];
-        c->oy[k] = t[b].oy[i];
-        c->oz[k] = t[b].oz[i];
-        c->dx[k] = t[b].dx[i];
-        c->dy[k] = t[b].dy[i];
-        c->dz[k] = t[b].dz[i];
-        c->tpr[k] = p[b].tpr[i];
-        c->tpg[k] = p[b].tpg[i];
-        c->tpb[k] = p[b].tpb[i];
-        c->width[k] = p[b].width[i];
-        c->spread[k] = p[b].spread[i];
-        c->t[k] = h[b].t[i];
-        c->u[k] = h[b].u[i];
-        c->v[k] = h[b].v[i];
-        c->prim[k] = h[b].prim[i];
-        c->geom[k] = h[b].geom[i];
-        c->inst[k] = h[b].inst[i];
-        c->material[k] = w->materials[c->ray[k]];
-    }
+    find_blocks(c);
+    TAKE(w->batch.home, sizeof *w->batch.home, home, 1);
+    TAKE(w->batch.trace, sizeof *w->batch.trace, ox, 6);
+    TAKE(p, sizeof *p, tpr, 3);
+    TAKE((const char *)p + offsetof(rtk_path_block, width), sizeof *p, width, 2);
+    TAKE(w->hits, sizeof *w->hits, t, 6);
+    TAKE(w->materials, RTK_BLOCK * sizeof *w->materials, material, 1);
+#undef TAKE
 }
 
 /* All sixteen in their places of one block. */
 static void take_block(const rti_worker *w, rti_sheaf *restrict c)
 {
     const uint32_t b = c->ray[0] / RTK_BLOCK;
+    c->block_count = 1;
+    c->block[0] = b;
+    c->lanes[0] = (1u << RTK_BLOCK) - 1;
     const rtk_trace_block *t = &w->batch.trace[b];
     const rtk_path_block *p = &w->batch.path[b];
     const rtk_hit_block *h = &w->hits[b];
@@ -264,6 +278,14 @@ RTI_LANES_FN static void misses(rti_worker *w, const rti_sheaf *c)
     rti_add_lanes(w, c->home, (1u << c->count) - 1, &l);
 }
 
+/* Behind everything is nothing that shines. */
+static bool is_black(const rtk_world *world)
+{
+    const float *a = world->background, *b = world->background_top;
+    return world->background_tex == RTK_INVALID && a[0] == 0.0f && a[1] == 0.0f && a[2] == 0.0f && b[0] == 0.0f && b[1] == 0.0f &&
+           b[2] == 0.0f;
+}
+
 static void hits(rti_worker *w, rti_sheaf *c, rti_sheaf_fn then)
 {
     const rtk_scene *scene = w->frame->scene;
@@ -294,7 +316,7 @@ void RTI_ISA_FN(rti_lanes_sheaves)(rti_worker *w, uint32_t first, uint32_t count
     }
     place_rays(w, first, count, ends);
     c.depth = w->batch.path[first / RTK_BLOCK].depth_kind[first % RTK_BLOCK] & 0xffffu;
-    at = 0;
+    at = is_black(w->frame->scene->world) ? ends[0] : 0; /* kind 0 is that of misses */
     for (uint32_t key = 0; key < KEYS; key++) {
         c.surface_kind = key / RTI_LOOK_COUNT;
         c.material_kind = key % RTI_LOOK_COUNT;

@@ -1,6 +1,7 @@
 /* The classic material in lanes, as shade_whitted.c describes it: what the ambient light shows, a point for the lights, the
  * mirror ray. Refracted rays, which fork, are sent lane after lane. */
 #include "lanes.h"
+#include "lanes_rows.h"
 #include "lanes_table.h"
 #include "shade.h"
 
@@ -125,13 +126,84 @@ RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const looks
     }
 }
 
-/* Mirror rays of a sheaf in which nothing is transparent. */
-RTI_LANES_FN static void send_mirrors(rti_worker *w, const rti_sheaf *c, const looks *l)
-{
+/* Rays that leave a sheaf, and what they have of those that made them. */
+typedef struct leaving {
     float ox[RTK_BLOCK] RTI_ROW, oy[RTK_BLOCK] RTI_ROW, oz[RTK_BLOCK] RTI_ROW;
     float dx[RTK_BLOCK] RTI_ROW, dy[RTK_BLOCK] RTI_ROW, dz[RTK_BLOCK] RTI_ROW;
     float tr[RTK_BLOCK] RTI_ROW, tg[RTK_BLOCK] RTI_ROW, tb[RTK_BLOCK] RTI_ROW;
-    uint32_t goes[RTK_BLOCK] RTI_ROW;
+    uint32_t pixel[RTK_BLOCK] RTI_ROW, sample[RTK_BLOCK] RTI_ROW;
+    uint32_t depth_kind[RTK_BLOCK] RTI_ROW; /* here of who made them */
+    uint32_t key_lo[RTK_BLOCK] RTI_ROW, key_hi[RTK_BLOCK] RTI_ROW;
+    float eta[RTK_BLOCK] RTI_ROW;
+} leaving;
+
+/* Some lanes onto the stack. All are of one kind and depth. */
+static void push_lanes(rti_worker *w, const rti_sheaf *c, const leaving *s, uint32_t kind, uint32_t mask, uint32_t lanes)
+{
+    const uint32_t depth_kind = (c->depth + 1) | kind << 16;
+    w->counts.rays[kind] += (uint32_t)__builtin_popcount(lanes);
+    for (uint32_t l = lanes; l != 0; l &= l - 1)
+        w->slots[c->home[__builtin_ctz(l)] >> w->frame->slot_shift].live++;
+#ifdef RTI_PACK
+    while (lanes != 0) {
+        const uint32_t k = w->stack.count % RTK_BLOCK, some = rti_first(lanes, RTK_BLOCK - k);
+        rtk_trace_block *t = &w->stack.trace[w->stack.count / RTK_BLOCK];
+        rtk_path_block *p = &w->stack.path[w->stack.count / RTK_BLOCK];
+        rti_put_row(t->ox, k, some, s->ox);
+        rti_put_row(t->oy, k, some, s->oy);
+        rti_put_row(t->oz, k, some, s->oz);
+        rti_put_row(t->dx, k, some, s->dx);
+        rti_put_row(t->dy, k, some, s->dy);
+        rti_put_row(t->dz, k, some, s->dz);
+        rti_put_all(t->tmin, k, some, rtk_bits(0.0f));
+        rti_put_all(t->tmax, k, some, rtk_bits(RTK_INF));
+        rti_put_all(t->mask, k, some, mask);
+        rti_put_row(p->tpr, k, some, s->tr);
+        rti_put_row(p->tpg, k, some, s->tg);
+        rti_put_row(p->tpb, k, some, s->tb);
+        rti_put_row(p->pixel, k, some, s->pixel);
+        rti_put_row(p->sample, k, some, s->sample);
+        rti_put_all(p->depth_kind, k, some, depth_kind);
+        rti_put_row(p->key_lo, k, some, s->key_lo);
+        rti_put_row(p->key_hi, k, some, s->key_hi);
+        rti_put_row(p->eta, k, some, s->eta);
+        rti_put_row(p->width, k, some, c->footprint);
+        rti_put_row(p->spread, k, some, c->spread);
+        rti_put_all(p->pdf, k, some, rtk_bits(-1.0f));
+        rti_put_row(w->stack.home[w->stack.count / RTK_BLOCK].home, k, some, c->home);
+        w->stack.count += (uint32_t)__builtin_popcount(some);
+        lanes &= ~some;
+    }
+#else
+    for (; lanes != 0; lanes &= lanes - 1) {
+        const uint32_t k = (uint32_t)__builtin_ctz(lanes);
+        const rti_ray_state state = {
+            .tp = rtk_v3(s->tr[k], s->tg[k], s->tb[k]),
+            .pixel = s->pixel[k],
+            .sample = s->sample[k],
+            .depth = depth_kind & 0xffffu,
+            .kind = kind,
+            .key_lo = s->key_lo[k],
+            .key_hi = s->key_hi[k],
+            .eta = s->eta[k],
+            .width = c->footprint[k],
+            .spread = c->spread[k],
+            .pdf = -1.0f,
+            .home = c->home[k],
+        };
+        rti_put_ray(&w->stack, w->stack.count++, rtk_v3(s->ox[k], s->oy[k], s->oz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]), mask,
+                    &state);
+    }
+#endif
+}
+
+/* Mirror rays of a sheaf in which nothing is transparent. */
+RTI_LANES_FN static void send_mirrors(rti_worker *w, const rti_sheaf *c, const looks *l)
+{
+    uint32_t goes[RTK_BLOCK] RTI_ROW, lanes = 0;
+    leaving s;
+    rti_take_rows(c, (const char *)w->batch.path + offsetof(rtk_path_block, pixel), sizeof *w->batch.path, 6,
+                  (char *)&s + offsetof(leaving, pixel));
     RTI_EACH_LANE(k)
     {
         rtk_vec3 d = rtk_v3(c->dx[k], c->dy[k], c->dz[k]), ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
@@ -141,38 +213,26 @@ RTI_LANES_FN static void send_mirrors(rti_worker *w, const rti_sheaf *c, const l
         dir = rtk_v3(above ? a.x : b.x, above ? a.y : b.y, above ? a.z : b.z);
         org = rtk_leave(rtk_v3(c->px[k], c->py[k], c->pz[k]), ng, c->error[k], dir);
         goes[k] = rtk_maxabs(tp) >= RTI_THROUGHPUT_MIN;
-        ox[k] = org.x;
-        oy[k] = org.y;
-        oz[k] = org.z;
-        dx[k] = dir.x;
-        dy[k] = dir.y;
-        dz[k] = dir.z;
-        tr[k] = tp.x;
-        tg[k] = tp.y;
-        tb[k] = tp.z;
+        s.ox[k] = org.x;
+        s.oy[k] = org.y;
+        s.oz[k] = org.z;
+        s.dx[k] = dir.x;
+        s.dy[k] = dir.y;
+        s.dz[k] = dir.z;
+        s.tr[k] = tp.x;
+        s.tg[k] = tp.y;
+        s.tb[k] = tp.z;
     }
-    for (uint32_t k = 0; k < c->count; k++) {
-        const rtk_path_block *p = &w->batch.path[c->ray[k] / RTK_BLOCK];
-        uint32_t i = c->ray[k] % RTK_BLOCK;
-        rtk_key parent = {p->key_lo[i], p->key_hi[i]}, key;
-        rti_ray_state s;
-        if (!goes[k])
-            continue;
-        key = rtk_key_child(parent, RTK_KIND_REFLECT);
-        s.tp = rtk_v3(tr[k], tg[k], tb[k]);
-        s.pixel = p->pixel[i];
-        s.sample = p->sample[i];
-        s.depth = c->depth + 1;
-        s.kind = RTK_KIND_REFLECT;
-        s.key_lo = key.lo;
-        s.key_hi = key.hi;
-        s.eta = p->eta[i];
-        s.width = c->footprint[k];
-        s.spread = c->spread[k];
-        s.pdf = -1.0f;
-        s.home = c->home[k];
-        rti_push(w, rtk_v3(ox[k], oy[k], oz[k]), rtk_v3(dx[k], dy[k], dz[k]), RT_MASK_REFLECTION, &s);
+    RTI_EACH_LANE(k)
+    {
+        rtk_key key = {s.key_lo[k], s.key_hi[k]};
+        key = rtk_key_child(key, RTK_KIND_REFLECT);
+        s.key_lo[k] = key.lo;
+        s.key_hi[k] = key.hi;
     }
+    RTI_EACH_LANE(k)
+    lanes |= goes[k] << k;
+    push_lanes(w, c, &s, RTK_KIND_REFLECT, RT_MASK_REFLECTION, lanes & ((1u << c->count) - 1));
 }
 
 /* Both rays of each lane. */

@@ -85,7 +85,7 @@ void rti_worker_init(rti_worker *worker, const rti_frame *frame, void *memory)
 
 /* ---- the stack ---- */
 
-static void put_ray(rti_rays *rays, uint32_t i, rtk_vec3 org, rtk_vec3 dir, uint32_t mask, const rti_ray_state *s)
+void rti_put_ray(rti_rays *rays, uint32_t i, rtk_vec3 org, rtk_vec3 dir, uint32_t mask, const rti_ray_state *s)
 {
     rtk_trace_block *t = &rays->trace[i / RTK_BLOCK];
     rtk_path_block *p = &rays->path[i / RTK_BLOCK];
@@ -116,7 +116,7 @@ static void put_ray(rti_rays *rays, uint32_t i, rtk_vec3 org, rtk_vec3 dir, uint
 
 void rti_push(rti_worker *worker, rtk_vec3 org, rtk_vec3 dir, uint32_t mask, const rti_ray_state *state)
 {
-    put_ray(&worker->stack, worker->stack.count++, org, dir, mask, state);
+    rti_put_ray(&worker->stack, worker->stack.count++, org, dir, mask, state);
     worker->slots[state->home >> worker->frame->slot_shift].live++;
     worker->counts.rays[state->kind]++;
 }

@@ -214,6 +214,8 @@ static inline void rti_cover(rti_worker *w, uint32_t home)
 /* A value of a RAW integrator: kept as floats. */
 void rti_set_raw(rti_worker *worker, uint32_t home, rtk_vec3 value);
 
+/* Ray i of some. */
+void rti_put_ray(rti_rays *rays, uint32_t i, rtk_vec3 org, rtk_vec3 dir, uint32_t mask, const rti_ray_state *state);
 /* Puts a ray on the stack. */
 void rti_push(rti_worker *worker, rtk_vec3 org, rtk_vec3 dir, uint32_t mask, const rti_ray_state *state);
 

@@ -108,6 +108,13 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
     }
     rti_f16_store(out->lows, rti_f16_lows(turned));
     out->counted_count = rti_u16_count(out->counted, from, bits & 0xffffu);
+    uint32_t lanes_of[16];
+    for (int i = 0; i < 16; i++)
+        lanes_of[i] = 16u * from + 5u * (uint32_t)i + at[0];
+    const rti_i16 scattered = rti_i16_load(lanes_of);
+    rti_f16_store(out->mixed, rti_f16_mix(-sixteen, bits, sixteen, scattered));
+    out->same = rti_i16_same(scattered, 16u, from + 2u);
+    out->first = rti_first(bits & 0xffffu, from);
     for (int i = 0; i < 16; i++)
         turn[i] = a[(i + 1) % 16];
     rti_f16_store(out->madd, rti_f16_madd(sixteen, rti_f16_set(2.0f), rti_f16_load(turn)));

@@ -36,6 +36,8 @@ typedef struct simd_packed {
     uint32_t some_count;
     float column[16];         /* rti_f16_column of records of eight numbers, 0 to 127, the last first */
     float fours[16][4];       /* rti_f16_fours of a, -a, 2 a and of 3 a */
+    float mixed[16];          /* rti_f16_mix of -a and of a's lanes 16 from + 5 i + at[0] by bits */
+    uint32_t same, first;     /* rti_i16_same of those lanes, 16 and from + 2; rti_first of bits, `from` of them */
     float madd[16], msub[16]; /* rti_f16_madd and _msub of a, 2 and a turned by one lane */
 } simd_packed;
 

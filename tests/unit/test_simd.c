@@ -133,6 +133,19 @@ static void check_fours(const float a[16], uint32_t bits, const uint32_t at[4], 
     }
 }
 
+static void check_lanes(const float a[16], uint32_t bits, uint32_t at, uint32_t from, const simd_packed *p)
+{
+    uint32_t left = from;
+    for (uint32_t i = 0; i < 16; i++) {
+        const uint32_t lane = 16u * from + 5u * i + at;
+        assert_true(same(p->mixed[i], bits >> i & 1u ? a[lane % 16u] : -a[i]));
+        assert_int_equal(p->same >> i & 1u, lane / 16u == from + 2u);
+        assert_int_equal(p->first >> i & 1u, (bits >> i & 1u) && left > 0);
+        left -= (bits >> i & 1u) && left > 0;
+    }
+    assert_int_equal((p->same | p->first) >> 16, 0);
+}
+
 static void check_bounds(const float a[16], uint32_t bits, uint32_t from, const simd_packed *p)
 {
     uint32_t n = 0;
@@ -206,6 +219,7 @@ static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t
         check_eight(a, bits, numbers, &p);
         check_sixteen(a, bits, at, &p);
         check_fours(a, bits, at, &p);
+        check_lanes(a, bits, at[0], from, &p);
         check_lists(bits, numbers, at, from, &p);
         check_bounds(a, bits, from, &p);
     }

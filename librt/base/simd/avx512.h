@@ -65,13 +65,29 @@ RTI_VEC rti_f16 rti_f16_madd(rti_f16 a, rti_f16 b, rti_f16 c)
 {
     return _mm512_maskz_fmadd_ps((__mmask16)65535, a, b, c);
 }
-/* The lanes chosen by bits side by side from p on, and nothing behind them. */
 RTI_VEC void rti_f16_put(float *p, uint32_t bits, rti_f16 a)
 {
     const __mmask16 some = (__mmask16)((1u << __builtin_popcount(bits & 0xffffu)) - 1u);
     _mm512_mask_storeu_ps(p, some, _mm512_maskz_compress_ps((__mmask16)bits, a));
 }
+RTI_VEC uint32_t rti_first(uint32_t bits, uint32_t n)
+{
+    return _pdep_u32((1u << n) - 1u, bits);
+}
 typedef __m512i rti_i16;
+RTI_VEC rti_i16 rti_i16_load(const uint32_t *p)
+{
+    return _mm512_loadu_si512((const void *)p);
+}
+RTI_VEC uint32_t rti_i16_same(rti_i16 a, uint32_t n, uint32_t b)
+{
+    const __m512i low = _mm512_set1_epi32((int)(b * n));
+    return _mm512_cmplt_epu32_mask(_mm512_sub_epi32(a, low), _mm512_set1_epi32((int)n));
+}
+RTI_VEC rti_f16 rti_f16_mix(rti_f16 a, uint32_t bits, rti_f16 b, rti_i16 from)
+{
+    return _mm512_mask_permutexvar_ps(a, (__mmask16)bits, from, b);
+}
 RTI_VEC rti_f16 rti_f16_take(rti_f16 a, rti_i16 from)
 {
     return _mm512_permutexvar_ps(from, a);
