@@ -24,7 +24,7 @@
  *                             b's lanes lanes[i] modulo 16 where bits chooses lane i, else a's; rti_i16_load(p) loads such lanes
  *   rti_i16_same(a, n, b)     the lanes of a that are b n and less than b n + n, as bits
  *   rti_f16_low(a)            the least lane of a, none of which is NaN
- *   rti_f16_lows(a)           of each of a[0] to a[15] the least lane
+ *   rti_f16_lows(a)           of each of a[0] to a[15] the least lane; rti_f16_lows8(a), an rti_f8, of a[0] to a[7]
  *   rti_f16_row(p)            p[0] to p[3], four times
  *   rti_f16_each(p, at)       p[at[0]] four times, p[at[1]] four times, to p[at[3]]
  *   rti_f16_fields(p, at, a)  a[k] is p[at[0] + k] four times, p[at[1] + k] four times, to p[at[3] + k], for k below 8
@@ -52,6 +52,7 @@
  *                             of a[0] to a[n - 1], at most 32, those side by side beside which b[] is not 0, and to q those of b[].
  *                             Reads and writes as that; returns how many
  *   rti_u16_count(p, n, bits) as rti_u16_put, of n, n + 1 to n + 15
+ *   rti_u16_last(p, a, n)     a[0] to a[n - 1], 1 to 16 of them, to p[0] on, and the last again up to p[15]; reads as rti_u16_put
  *   rti_f8_sorted(t, lane, bits, a)
  *                             the chosen lanes of a and their numbers, the greatest first, as good as 21 bits of mantissa tell; of
  *                             equal ones, as which negative ones and NaN count, the first; all eight places behind t and lane are

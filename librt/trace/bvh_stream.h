@@ -270,8 +270,7 @@ RTI_VEC void stream_shears(const stream *s, const uint16_t *ids, rtk_u32 n, vec 
 {
 #ifdef RTI_PACK
     uint16_t all[16];
-    for (rtk_u32 i = 0u; i < 16u; i++)
-        all[i] = ids[rtk_umin(i, n - 1u)];
+    rti_u16_last(all, ids, n);
     rti_f16_records(&s->tri[0].ox, all, out);
 #else
     float x[8][RTI_SIMD] = {{0.0f}};

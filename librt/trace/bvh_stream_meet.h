@@ -201,8 +201,7 @@ RTI_VEC void stream_leaf_many(const streams *a, stream *s, rtk_u32 mode, const u
         uint16_t last[16];
         vec o[8];
         if (n - i < 16u) {
-            for (rtk_u32 k = 0u; k < 16u; k++)
-                last[k] = ids[rtk_umin(i + k, n - 1u)];
+            rti_u16_last(last, ids + i, n - i);
             lane = last;
         }
         rti_f16_records(&s->tri[0].ox, lane, o);
@@ -292,8 +291,7 @@ RTI_VEC void stream_lows_begin(rtk_u32 mode, vec low[RTK_BVH_WIDTH])
 }
 RTI_VEC void stream_lows_end(rtk_u32 mode, const vec low[RTK_BVH_WIDTH], float least[RTK_BVH_WIDTH])
 {
-    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
-        least[i] = mode & RTK_MODE_ANY ? STREAM_FRONT : rti_f16_low(low[i]);
+    rti_f8_store(least, mode & RTK_MODE_ANY ? rti_f8_set(STREAM_FRONT) : rti_f16_lows8(low));
 }
 
 /* Sixteen rays, fields of stream_ray, against all slots of a node: those of `of` that enter slot i to to[i], and where the first
@@ -346,8 +344,7 @@ RTI_VEC rtk_u32 stream_open_many(streams *a, const stream *s, rtk_u32 mode, rtk_
         rtk_u32 of = 0xffffu;
         vec r[8];
         if (size - at < 16u) { /* and one of them again */
-            for (rtk_u32 i = 0u; i < 16u; i++)
-                last[i] = ids[rtk_umin(at + i, size - 1u)];
+            rti_u16_last(last, ids + at, size - at);
             some = last;
             of = (1u << (size - at)) - 1u;
         }

@@ -107,6 +107,8 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
         turned[k] = rti_f16_load(turn);
     }
     rti_f16_store(out->lows, rti_f16_lows(turned));
+    rti_f8_store(out->lows8, rti_f16_lows8(turned));
+    rti_u16_last(out->last, count, 1u + (bits & 15u));
     out->counted_count = rti_u16_count(out->counted, from, bits & 0xffffu);
     uint32_t lanes_of[16];
     for (int i = 0; i < 16; i++)

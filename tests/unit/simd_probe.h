@@ -26,6 +26,8 @@ typedef struct simd_packed {
     uint16_t chosen[16]; /* rti_u16_put of the numbers 0 to 15 by bits */
     uint32_t chosen_count;
     float lows[16];       /* rti_f16_lows of a turned by 0 to 15 lanes, lane i of the k-th plus i k: no two alike */
+    float lows8[8];       /* rti_f16_lows8 of the first eight of those */
+    uint16_t last[16];    /* rti_u16_last of one more than bits modulo 16 of the numbers 0 to 15 */
     uint16_t counted[16]; /* rti_u16_count from `from` on by bits */
     uint32_t counted_count;
     uint32_t wide;         /* bits, and others of them above */

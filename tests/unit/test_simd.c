@@ -155,6 +155,8 @@ static void check_bounds(const float a[16], uint32_t bits, uint32_t from, const 
         for (uint32_t i = 0; i < 16; i++)
             low = fminf(low, a[(i + k) % 16] + (float)(i * k));
         assert_true(p->lows[k] == low);
+        assert_true(k >= 8 || p->lows8[k] == low);
+        assert_int_equal(p->last[k], k < bits % 16u ? k : bits % 16u);
         assert_true(same(p->madd[k], 2.0f * a[k] + next) && same(p->msub[k], 2.0f * a[k] - next));
         for (uint32_t i = 0u; i < 4u; i++)
             assert_true(same(p->fours[k][i], (const float[4]){a[k], -a[k], 2.0f * a[k], 3.0f * a[k]}[i]));

@@ -131,6 +131,11 @@ RTI_VEC void rti_u8_take(uint32_t *to, const uint32_t *from, const uint32_t *lan
     _mm256_storeu_si256((__m256i *)(void *)to, _mm256_permutexvar_epi32(_mm256_loadu_si256((const __m256i *)(const void *)lane),
                                                                         _mm256_loadu_si256((const __m256i *)(const void *)from)));
 }
+RTI_VEC void rti_u16_last(uint16_t to[16], const uint16_t *from, uint32_t n)
+{
+    const __m256i all = _mm256_loadu_si256((const __m256i *)(const void *)from), last = _mm256_set1_epi16((short)from[n - 1u]);
+    _mm256_storeu_si256((__m256i *)(void *)to, _mm256_mask_mov_epi16(last, (__mmask16)((1u << n) - 1u), all));
+}
 typedef __m128i rti_b16;
 RTI_VEC rti_b16 rti_b16_load(const uint8_t *p)
 {
@@ -319,6 +324,16 @@ RTI_VEC rti_f16 rti_f16_lows(const rti_f16 a[16])
         d[i] =
             _mm512_min_ps(_mm512_shuffle_f32x4(c[2 * i], c[2 * i + 1], 0x88), _mm512_shuffle_f32x4(c[2 * i], c[2 * i + 1], 0xdd));
     return _mm512_min_ps(_mm512_shuffle_f32x4(d[0], d[1], 0x88), _mm512_shuffle_f32x4(d[0], d[1], 0xdd));
+}
+RTI_VEC rti_f8 rti_f16_lows8(const rti_f16 a[8])
+{
+    __m512 b[4], c[2];
+    for (uint32_t i = 0; i < 4; i++)
+        b[i] = _mm512_min_ps(_mm512_unpacklo_ps(a[2 * i], a[2 * i + 1]), _mm512_unpackhi_ps(a[2 * i], a[2 * i + 1]));
+    for (uint32_t i = 0; i < 2; i++)
+        c[i] = _mm512_min_ps(PAIR(b[2 * i], b[2 * i + 1], unpacklo), PAIR(b[2 * i], b[2 * i + 1], unpackhi));
+    const __m512 d = _mm512_min_ps(_mm512_shuffle_f32x4(c[0], c[1], 0x44), _mm512_shuffle_f32x4(c[0], c[1], 0xee));
+    return _mm512_castps512_ps256(_mm512_min_ps(_mm512_shuffle_f32x4(d, d, 0x08), _mm512_shuffle_f32x4(d, d, 0x0d)));
 }
 #undef PAIR
 RTI_VEC uint32_t rti_f8_least(uint32_t bits, rti_f8 a)
