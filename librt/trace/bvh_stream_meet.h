@@ -121,7 +121,7 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
 
 #define STREAM_SINGLY 4   /* hits of sixteen rays with a triangle up to which they are taken one by one */
 #define STREAM_SOME   16u /* triangles that are looked at together */
-#define STREAM_MANY   6u  /* rays of a leaf from which on sixteen of them meet a triangle */
+#define STREAM_MANY   24u /* rays of a leaf from which on sixteen of them meet a triangle */
 
 /* Sixteen rays, of which those of `want` count, and the triangle at a place: hit, doubt and certain of *hit. */
 RTI_VEC rtk_u32 stream_many_test(const streams *a, const tri_ray *r, const rti_i16 rows[3], rtk_u32 place, rtk_u32 want,
