@@ -90,8 +90,8 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
         rti_f16_fields(&s->tri[0].ox, eight, o);
         const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], V(set)(0.0f), V(set)(a->part->scale)};
         const rti_i16 z = rti_i16_row(rti_f16_each(s->kind, lane)), x = rti_i16_next(z), y = rti_i16_next(x);
-        const rtk_u32 want = (1u << 4u * some) - 1u;
-        for (rtk_u32 k = at / 4u; k < end; k++) {
+        rtk_u32 want = (1u << 4u * some) - 1u;
+        for (rtk_u32 k = at / 4u; k < end && want != 0u; k++) {
             const rtk_bvhblock *b = &a->tree.blocks[k];
             const vec a0 = rti_f16_twelve(b->v0[0]), a1 = rti_f16_twelve(b->v1[0]), a2 = rti_f16_twelve(b->v2[0]);
             const vec v0[3] = {rti_f16_take(a0, x), rti_f16_take(a0, y), rti_f16_take(a0, z)};
@@ -109,8 +109,10 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
                     continue;
             } else if (hit.doubt == hit.certain) {
                 for (rtk_u32 m = 0u; m < 4u; m++)
-                    if ((hit.hit | hit.doubt) >> (4u * m) & 15u)
+                    if ((hit.hit | hit.doubt) >> (4u * m) & 15u) {
                         stream_done(a, s, lane[m]);
+                        want &= ~(15u << 4u * m);
+                    }
                 continue;
             }
             const tri_hit more = hit; /* of copies: what has its address taken is in no register */
