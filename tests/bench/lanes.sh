@@ -11,8 +11,8 @@ flags() {
   case $1 in
     sse42) echo "-msse4.2" ;;
     avx2) echo "-mavx2 -mbmi -mbmi2" ;;
-    avx512_vbmi2) echo "-mavx512f -mavx512vl -mavx512bw -mavx512dq -mavx512vbmi2 -mprefer-vector-width=512" ;;
-    avx512) echo "-mavx512f -mavx512vl -mavx512bw -mavx512dq -mprefer-vector-width=512" ;;
+    avx512_vbmi2) echo "-mavx512f -mavx512vl -mavx512bw -mavx512dq -mpopcnt -mbmi -mbmi2 -mlzcnt -mavx512vbmi2 -mprefer-vector-width=512" ;;
+    avx512) echo "-mavx512f -mavx512vl -mavx512bw -mavx512dq -mpopcnt -mbmi -mbmi2 -mlzcnt -mprefer-vector-width=512" ;;
     *) echo "" ;;
   esac
 }
