@@ -55,19 +55,26 @@ RTK_COLD float rtk_reduce_far(float x, rtk_u32 *quadrant)
     return r;
 }
 
-/* The remainder in about [-pi/4, pi/4] and the quadrant of a finite x. pi / 2 is taken off in parts of 12, 11 and 24 bits: exact
- * for the first two; small remainders, where that is not enough, and large arguments go the long way. */
+/* x less k pi / 2, which is taken off in parts of 12, 11 and 24 bits: exact for the first two. */
+RTK_FN float rtk_less_quarters(float x, float k)
+{
+    return ((x - k * 1.5703125f) - k * 0.0004837512969970703f) - k * 7.549790126404332e-08f;
+}
+#define RTK_QUARTER_HALF  0.785398185f /* up to here nothing is taken off */
+#define RTK_QUARTER_LEAST 1.0e-3f      /* of a remainder, less of which is not exact enough */
+
+/* The remainder in about [-pi/4, pi/4] and the quadrant of a finite x. Small remainders and large arguments go the long way. */
 RTK_FN float rtk_reduce(float x, rtk_u32 *quadrant)
 {
     float k, r;
-    if (rtk_fabs(x) <= 0.785398185f) {
+    if (rtk_fabs(x) <= RTK_QUARTER_HALF) {
         *quadrant = 0u;
         return x;
     }
     if (rtk_fabs(x) <= 4096.0f) {
         k = rtk_floor(x * 0.636619772f + 0.5f);
-        r = ((x - k * 1.5703125f) - k * 0.0004837512969970703f) - k * 7.549790126404332e-08f;
-        if (rtk_fabs(r) >= 1.0e-3f) {
+        r = rtk_less_quarters(x, k);
+        if (rtk_fabs(r) >= RTK_QUARTER_LEAST) {
             *quadrant = (rtk_u32)(rtk_i32)k & 3u;
             return r;
         }
@@ -87,23 +94,34 @@ RTK_FN float rtk_cos_part(float r)
     return 1.0f - (0.5f * z - z * z * (0.0416666667f + z * (-0.00138888877f + z * (2.48006004e-05f + z * -2.73009592e-07f))));
 }
 
+/* Sine and cosine of r and q quadrants more. */
+RTK_FN void rtk_sincos_in(float r, rtk_u32 q, float *sine, float *cosine)
+{
+    float s = rtk_sin_part(r), c = rtk_cos_part(r), a = (q & 1u) ? c : s, b = (q & 1u) ? s : c;
+    *sine = (q & 2u) ? -a : a;
+    *cosine = ((q + 1u) & 2u) ? -b : b;
+}
+
+/* rtk_sincos of 0 <= x <= 4096 without a branch, for loops over lanes. Returns 0 where that takes another way. */
+RTK_FN int rtk_sincos_plain(float x, float *sine, float *cosine)
+{
+    int near = x <= RTK_QUARTER_HALF;
+    rtk_i32 k = (rtk_i32)(x * 0.636619772f + 0.5f);
+    float r = rtk_less_quarters(x, (float)k);
+    rtk_sincos_in(near ? x : r, near ? 0u : (rtk_u32)k & 3u, sine, cosine);
+    return near | (rtk_fabs(r) >= RTK_QUARTER_LEAST);
+}
+
 RTK_FN void rtk_sincos(float x, float *sine, float *cosine)
 {
     rtk_u32 q;
-    float r, s, c;
+    float r;
     if (!(rtk_fabs(x) < RTK_INF)) {
         *sine = *cosine = RTK_NAN;
         return;
     }
     r = rtk_reduce(x, &q);
-    s = rtk_sin_part(r);
-    c = rtk_cos_part(r);
-    *sine = (q & 1u) ? c : s;
-    *cosine = (q & 1u) ? s : c;
-    if (q & 2u)
-        *sine = -*sine;
-    if ((q + 1u) & 2u)
-        *cosine = -*cosine;
+    rtk_sincos_in(r, q, sine, cosine);
 }
 
 RTK_FN float rtk_sin(float x)

@@ -6,20 +6,36 @@
 #include "random2.h"
 #include "vec.h"
 
+/* About the pole w, whose cosine and sine are given, turned by the angle of sine and cosine sn and c: not yet of length 1. */
+RTK_FN rtk_vec3 rtk_polar_sum(rtk_vec3 w, float cosine, float sine, float sn, float c)
+{
+    rtk_vec3 s, t;
+    rtk_basis(w, &s, &t);
+    return rtk_madd(rtk_madd(rtk_scale(w, cosine), sine * c, s), sine * sn, t);
+}
+
 /* Unit vector with the given cosine and sine to the pole w, turned by v of a whole circle. */
 RTK_FN rtk_vec3 rtk_polar_direction(rtk_vec3 w, float cosine, float sine, float v)
 {
-    rtk_vec3 s, t;
     float c, sn;
-    rtk_basis(w, &s, &t);
     rtk_sincos(2.0f * RTK_PI * v, &sn, &c);
-    return rtk_unit(rtk_madd(rtk_madd(rtk_scale(w, cosine), sine * c, s), sine * sn, t));
+    return rtk_unit(rtk_polar_sum(w, cosine, sine, sn, c));
 }
 
 /* Cosine-weighted direction about unit n. */
 RTK_FN rtk_vec3 rtk_cosine_direction(rtk_vec3 n, rtk_uv u)
 {
     return rtk_polar_direction(n, rtk_sqrt(1.0f - u.x), rtk_sqrt(u.x), u.y);
+}
+
+/* That without a branch, for loops over lanes. Returns 0 where it takes another way. */
+RTK_FN int rtk_cosine_direction_plain(rtk_vec3 n, rtk_uv u, rtk_vec3 *dir)
+{
+    float c, sn;
+    int plain = rtk_sincos_plain(2.0f * RTK_PI * u.y, &sn, &c);
+    rtk_vec3 d = rtk_polar_sum(n, rtk_sqrt(1.0f - u.x), rtk_sqrt(u.x), sn, c);
+    *dir = rtk_unit_plain(d);
+    return plain & rtk_unit_is_plain(rtk_maxabs(d));
 }
 
 RTK_FN float rtk_cosine_pdf(float cosine)

@@ -154,18 +154,6 @@ void rti_light_one(rti_worker *worker)
 
 void rti_light_around(rti_worker *worker)
 {
-    const rti_frame *f = worker->frame;
-    uint32_t n = f->set.desc.ao_samples;
-    for (uint32_t i = 0; i < worker->lit_count && !rti_cancelled(f->cancel); i++) {
-        lit l = lit_at(worker, i);
-        rti_ray_state state = rti_batch_state(worker, worker->lit_ray[i]);
-        uint32_t seed = rti_vertex_seed(f, &state);
-        for (uint32_t j = 0; j < n; j++) {
-            rtk_vec3 dir = rtk_cosine_direction(l.n, rtk_random2(seed, state.sample * n + j, RTK_DIM_AO_U));
-            if (rtk_dot3(dir, l.g) > 0.0f)
-                rti_shadow(worker, RTI_LIGHT_MIXED, rtk_madd(l.p, 2.0f * l.error, l.g), dir, f->ao_distance,
-                           rtk_scale(l.k, 1.0f / (float)n), state.home, rti_batch_time(worker, worker->lit_ray[i]));
-        }
-    }
+    worker->frame->lanes->around(worker);
     worker->lit_count = 0;
 }

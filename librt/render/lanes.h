@@ -138,8 +138,11 @@ struct rti_lanes {
      */
     void (*sheaves)(rti_worker *worker, uint32_t first, uint32_t count, rti_sheaf_fn then);
     rti_sheaf_fn whitted; /* the classic material, whole */
+    rti_sheaf_fn ao;      /* notes points for `around` */
     /* Every lit point [0, count) from one light, one ray each; spherical lights have a loop of their own. */
     void (*shine)(rti_worker *worker, uint32_t light);
+    /* Every lit point [0, count) from all around, ao_samples rays each. */
+    void (*around)(rti_worker *worker);
     /* Adds what pending rays bring that are not occluded. */
     void (*arrive)(rti_worker *worker);
     /* One row of the image from a row of sums. */

@@ -1,7 +1,8 @@
-/* Lit points and one light, in lanes: what the light brings to each and the ray that asks whether it arrives; and the light of
- * the rays that did. */
+/* Lit points and one light, or what is around them, in lanes: what comes to each and the ray that asks whether it arrives; and
+ * the light of the rays that did. */
 #include "../kernel/classic.h"
 #include "../kernel/lights.h"
+#include "../kernel/sampling.h"
 #include "direct.h"
 #include "lanes.h"
 #include "lanes_rows.h"
@@ -161,23 +162,24 @@ static bool queue_lanes(rti_worker *w, uint32_t at, uint32_t lanes, const rays *
 #endif
 }
 
-static void queue(rti_worker *w, uint32_t light, uint32_t at, uint32_t n, const rays *s)
+static uint32_t going(const rays *s, uint32_t n)
 {
-    rti_shadows *q = &w->shadows;
     uint32_t lanes = 0;
     RTI_EACH_LANE(k)
     lanes |= s->goes[k] << k;
-    lanes &= (1u << n) - 1;
-    if (!w->frame->set.desc.shadows) {
-        rti_add_lanes(w, w->lit_home + at, lanes, &s->c);
-        return;
-    }
+    return lanes & ((1u << n) - 1);
+}
+
+/* Lanes of points [at, at + 16) ask whether anything is between. */
+static void queue(rti_worker *w, uint32_t light, uint32_t at, uint32_t lanes, const rays *s)
+{
+    rti_shadows *q = &w->shadows;
     if (q->capacity - q->count > RTK_BLOCK && !w->frame->moving && queue_lanes(w, at, lanes, s)) {
         if (lanes != 0)
             q->light = q->light == RTK_INVALID || q->light == light ? light : RTI_LIGHT_MIXED;
         return;
     }
-    for (uint32_t k = 0; k < n; k++)
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
         if (lanes >> k & 1u)
             rti_shadow(w, light, rtk_v3(s->ox[k], s->oy[k], s->oz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]), s->tmax[k],
                        rtk_v3(s->c.r[k], s->c.g[k], s->c.b[k]), w->lit_home[at + k], rti_batch_time(w, w->lit_ray[at + k]));
@@ -194,7 +196,121 @@ void RTI_ISA_FN(rti_lanes_shine)(rti_worker *w, uint32_t index)
         else
             towards_sun(w, light, at, &s);
         weigh(w, at, &s);
-        queue(w, index, at, n, &s);
+        if (w->frame->set.desc.shadows)
+            queue(w, index, at, going(&s, n), &s);
+        else
+            rti_add_lanes(w, w->lit_home + at, going(&s, n), &s.c);
+    }
+}
+
+/* ---- all around ---- */
+
+/* Points of camera rays, behind those that are noted: each shows its throughput where it is open. */
+void RTI_ISA_FN(rti_lanes_ao)(rti_worker *w, rti_sheaf *c)
+{
+    const size_t stride = w->lit_stride;
+    float *to = w->lit + w->lit_count;
+#define NOTE(row, from) memcpy(to + RTI_LIT_##row * stride, from, RTK_BLOCK * sizeof *to)
+    NOTE(PX, c->px);
+    NOTE(PY, c->py);
+    NOTE(PZ, c->pz);
+    NOTE(ERROR, c->error);
+    NOTE(NX, c->nx);
+    NOTE(NY, c->ny);
+    NOTE(NZ, c->nz);
+    NOTE(GX, c->gx);
+    NOTE(GY, c->gy);
+    NOTE(GZ, c->gz);
+    NOTE(KR, c->tpr);
+    NOTE(KG, c->tpg);
+    NOTE(KB, c->tpb);
+#undef NOTE
+    memcpy(w->lit_ray + w->lit_count, c->ray, sizeof c->ray);
+    memcpy(w->lit_home + w->lit_count, c->home, sizeof c->home);
+    w->lit_count += c->count;
+}
+
+/* What the random numbers of n points share, and the first of their rays' numbers. */
+RTI_LANES_FN static void draw(const rti_worker *w, uint32_t at, uint32_t n, uint32_t rays_each, uint32_t *seed, uint32_t *first)
+{
+    const uint32_t of_frame = w->frame->seed;
+    uint32_t pixel[RTK_BLOCK] RTI_ROW, lo[RTK_BLOCK] RTI_ROW, hi[RTK_BLOCK] RTI_ROW;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const uint32_t ray = w->lit_ray[k < n ? at + k : at];
+        const rtk_path_block *p = &w->batch.path[ray / RTK_BLOCK];
+        pixel[k] = p->pixel[ray % RTK_BLOCK];
+        lo[k] = p->key_lo[ray % RTK_BLOCK];
+        hi[k] = p->key_hi[ray % RTK_BLOCK];
+        first[k] = p->sample[ray % RTK_BLOCK] * rays_each;
+    }
+    RTI_EACH_LANE(k)
+    {
+        rtk_key key = {lo[k], hi[k]};
+        seed[k] = rtk_vertex_seed(of_frame, pixel[k], key);
+    }
+}
+
+/* Where the rays start, how far they look and what each brings. */
+RTI_LANES_FN static void leave(const rti_worker *w, uint32_t at, float share, rays *s)
+{
+    const float *px = LIT(PX), *py = LIT(PY), *pz = LIT(PZ), *error = LIT(ERROR), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
+    const float *kr = LIT(KR), *kg = LIT(KG), *kb = LIT(KB), far = w->frame->ao_distance;
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 org = rtk_madd(rtk_v3(px[k], py[k], pz[k]), 2.0f * error[k], rtk_v3(gx[k], gy[k], gz[k]));
+        s->ox[k] = org.x;
+        s->oy[k] = org.y;
+        s->oz[k] = org.z;
+        s->tmax[k] = far;
+        s->c.r[k] = kr[k] * share;
+        s->c.g[k] = kg[k] * share;
+        s->c.b[k] = kb[k] * share;
+    }
+}
+
+/* Their directions: those of numbers first[k] + j. */
+RTI_LANES_FN static void spread(const rti_worker *w, uint32_t at, const uint32_t *seed, const uint32_t *first, uint32_t j,
+                                rays *s)
+{
+    const float *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
+    uint32_t plain[RTK_BLOCK] RTI_ROW, rare = 0;
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 dir;
+        rtk_uv u = rtk_random2(seed[k], first[k] + j, RTK_DIM_AO_U);
+        plain[k] = (uint32_t)rtk_cosine_direction_plain(rtk_v3(nx[k], ny[k], nz[k]), u, &dir);
+        s->dx[k] = dir.x;
+        s->dy[k] = dir.y;
+        s->dz[k] = dir.z;
+    }
+    RTI_EACH_LANE(k)
+    rare |= !plain[k];
+    for (uint32_t k = 0; k < RTK_BLOCK && rare; k++) {
+        if (!plain[k]) {
+            rtk_uv u = rtk_random2(seed[k], first[k] + j, RTK_DIM_AO_U);
+            rtk_vec3 dir = rtk_cosine_direction(rtk_v3(nx[k], ny[k], nz[k]), u);
+            s->dx[k] = dir.x;
+            s->dy[k] = dir.y;
+            s->dz[k] = dir.z;
+        }
+    }
+    RTI_EACH_LANE(k)
+    s->goes[k] = rtk_dot3(rtk_v3(s->dx[k], s->dy[k], s->dz[k]), rtk_v3(gx[k], gy[k], gz[k])) > 0.0f;
+}
+
+void RTI_ISA_FN(rti_lanes_around)(rti_worker *w)
+{
+    const uint32_t each = w->frame->set.desc.ao_samples;
+    uint32_t seed[RTK_BLOCK] RTI_ROW, first[RTK_BLOCK] RTI_ROW;
+    rays s;
+    for (uint32_t at = 0; at < w->lit_count && !rti_cancelled(w->frame->cancel); at += RTK_BLOCK) {
+        const uint32_t n = w->lit_count - at < RTK_BLOCK ? w->lit_count - at : RTK_BLOCK;
+        draw(w, at, n, each, seed, first);
+        leave(w, at, 1.0f / (float)each, &s);
+        for (uint32_t j = 0; j < each; j++) {
+            spread(w, at, seed, first, j, &s);
+            queue(w, RTI_LIGHT_MIXED, at, going(&s, n), &s);
+        }
     }
 }
 

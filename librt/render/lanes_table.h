@@ -13,6 +13,8 @@
     void rti_lanes_whitted_##isa(rti_worker *worker, rti_sheaf *sheaf);                                                          \
     void rti_lanes_surface_##isa(const rti_worker *worker, rti_sheaf *sheaf);                                                    \
     void rti_lanes_shine_##isa(rti_worker *worker, uint32_t light);                                                              \
+    void rti_lanes_ao_##isa(rti_worker *worker, rti_sheaf *sheaf);                                                               \
+    void rti_lanes_around_##isa(rti_worker *worker);                                                                             \
     void rti_lanes_arrive_##isa(rti_worker *worker);                                                                             \
     void rti_lanes_resolve_##isa(const uint64_t *sum, float *out, uint32_t pixels, double unit, double samples);
 #define RTI_LANES_DECLARE_EACH(isa, level) RTI_LANES_DECLARE(isa)

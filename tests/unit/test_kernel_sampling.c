@@ -62,6 +62,38 @@ static void cosine_directions(void **state)
     assert_true(rtk_cosine_pdf(-0.5f) == 0.0f);
 }
 
+/* The way without branches: the same bits, or it says that it is not one; which it does where a quadrant begins, and seldom else.
+ */
+static void plain_directions_are_the_same(void **state)
+{
+    (void)state;
+    rng g = {4};
+    int others = 0;
+    for (uint32_t i = 0; i < 8 * N; i++) {
+        rtk_vec3 n = rng_dir(&g), d, plain;
+        rtk_uv u = pair(i % N);
+        if (i % 5 == 0) /* about a quadrant's beginning */
+            u.y = rtk_clamp(0.25f * (float)(i % 4) + 1e-4f * (rng_unit(&g) - 0.5f), 0.0f, 0.99999994f);
+        if (i % 7 == 0)
+            n = i % 2 ? rtk_v3(0, 0, -1) : rtk_v3(-0.0f, 1, -0.0f);
+        if (!rtk_cosine_direction_plain(n, u, &plain)) {
+            others++;
+            assert_true(fabs(4.0 * (double)u.y - floor(4.0 * (double)u.y + 0.5)) < 1e-3);
+            continue;
+        }
+        d = rtk_cosine_direction(n, u);
+        assert_true(rtk_bits(d.x) == rtk_bits(plain.x) && rtk_bits(d.y) == rtk_bits(plain.y) &&
+                    rtk_bits(d.z) == rtk_bits(plain.z));
+    }
+    assert_true(others > 1000);
+    for (uint32_t i = 0; i < 8 * N; i++) { /* all up to 4096 */
+        float x = rng_unit(&g) * (i % 2 ? 7.0f : 4096.0f), s, c, sine, cosine;
+        rtk_sincos(x, &s, &c);
+        if (rtk_sincos_plain(x, &sine, &cosine))
+            assert_true(rtk_bits(s) == rtk_bits(sine) && rtk_bits(c) == rtk_bits(cosine));
+    }
+}
+
 static void cones_are_uniform(void **state)
 {
     (void)state;
@@ -155,9 +187,10 @@ static void filters_have_their_moments(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bases_are_orthonormal),      cmocka_unit_test(cosine_directions),
-        cmocka_unit_test(cones_are_uniform),          cmocka_unit_test(sphere_lights_are_touched),
-        cmocka_unit_test(lights_are_chosen_by_power), cmocka_unit_test(filters_have_their_moments),
+        cmocka_unit_test(bases_are_orthonormal),         cmocka_unit_test(cosine_directions),
+        cmocka_unit_test(plain_directions_are_the_same), cmocka_unit_test(cones_are_uniform),
+        cmocka_unit_test(sphere_lights_are_touched),     cmocka_unit_test(lights_are_chosen_by_power),
+        cmocka_unit_test(filters_have_their_moments),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
