@@ -5,6 +5,10 @@ set(librt_warnings -Wall -Wextra -Wpedantic -Wshadow $<$<COMPILE_LANGUAGE:C>:-Wm
 target_compile_options(librt_flags INTERFACE ${librt_warnings}
   -ffp-contract=off -fno-math-errno -fno-trapping-math
   -ffile-prefix-map=${CMAKE_SOURCE_DIR}=. -ffile-prefix-map=${CMAKE_BINARY_DIR}=out)
+# GCC 12 leaves out roundings where it makes vectors of straight code: of two doubles that become floats and doubles again (planes' axes, placements
+# on their way) it takes those that were. Hot files have vectors of their own and no such numbers.
+target_compile_options(librt_flags INTERFACE
+  $<$<AND:$<C_COMPILER_ID:GNU>,$<NOT:$<BOOL:$<TARGET_PROPERTY:LIBRT_HOT>>>>:-fno-tree-slp-vectorize>)
 target_compile_definitions(librt_flags INTERFACE _POSIX_C_SOURCE=200809L)
 target_include_directories(librt_flags INTERFACE ${CMAKE_SOURCE_DIR}/librt/include)
 

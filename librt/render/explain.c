@@ -270,7 +270,8 @@ static void watch_light(rti_worker *w)
         r->integrator->light(w);
     rti_shadow_flush(w);
     end_shadow(r);
-    if (!w->frame->set.desc.shadows && sums)
+    if (!w->frame->set.desc.shadows && sums &&
+        !(r->integrator->flags & RTI_INTEGRATOR_AO)) /* whose rays are asked all the same */
         take_shares(r, true);
     pour(r);
     r->cells = 1;

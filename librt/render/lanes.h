@@ -33,9 +33,10 @@
 typedef struct rti_sheaf {
     uint32_t count;
     uint32_t surface_kind, material_kind;
-    uint32_t depth;                                           /* of all its rays */
-    uint32_t ray[RTK_BLOCK] RTI_ROW;                          /* index in the batch */
-    uint32_t block_count, block[RTK_BLOCK], lanes[RTK_BLOCK]; /* the batch's blocks that they are in, and which of them */
+    uint32_t depth;                  /* of all its rays */
+    uint32_t ray[RTK_BLOCK] RTI_ROW; /* index in the batch */
+    uint32_t block_count, block[RTK_BLOCK],
+        lanes[RTK_BLOCK]; /* with RTI_PACK: the batch's blocks that they are in, and which of them */
     uint32_t home[RTK_BLOCK] RTI_ROW;
     float ox[RTK_BLOCK] RTI_ROW, oy[RTK_BLOCK] RTI_ROW, oz[RTK_BLOCK] RTI_ROW; /* of shapes and planes only */
     float dx[RTK_BLOCK] RTI_ROW, dy[RTK_BLOCK] RTI_ROW, dz[RTK_BLOCK] RTI_ROW;

@@ -1,12 +1,13 @@
 /* Rays of a tile through eight-wide nodes together, for hot files.
  *
- * Up to PACKET rays that point into one octant, with one dominant axis, go as a packet. Inner nodes are asked once for all of
- * them, by intervals: over the rays, org lies in [lo, hi] and inv in [lo, hi], and because float subtraction and multiplication
- * are monotone, the smallest of the rays' (plane - org) * inv is no less than the one taken from the intervals' ends. So what
- * this leaves out every ray would leave out, with no margin. Of a leaf's triangles those are left out whose boxes miss the
- * intervals; then the rays are asked, first for the leaf's box and then for each triangle, RTI_SIMD at a time, or where few enter
- * it four rays and four triangles at a time. (Boulos, Wald, Benthin 2008; Overbeck, Ramamoorthi, Mark 2008. What differs: no ray
- * is looked at above the leaves.) A packet that opens too many nodes for its rays has come apart: they go on as single rays.
+ * Up to PACKET rays that point into one octant, with one dominant axis (where triangles in blocks ask for it), go as a packet.
+ * Inner nodes are asked once for all of them, by intervals: over the rays, org lies in [lo, hi] and inv in [lo, hi], and because
+ * float subtraction and multiplication are monotone, the smallest of the rays' (plane - org) * inv is no less than the one taken
+ * from the intervals' ends. So what this leaves out every ray would leave out, with no margin. Of a leaf's triangles those are
+ * left out whose boxes miss the intervals; then the rays are asked, first for the leaf's box and then for each triangle, RTI_SIMD
+ * at a time, or where few enter it four rays and four triangles at a time. (Boulos, Wald, Benthin 2008; Overbeck, Ramamoorthi,
+ * Mark 2008. What differs: no ray is looked at above the leaves.) A packet that opens too many nodes for its rays has come apart:
+ * they go on as single rays.
  */
 #ifndef RTI_BVH_PACKET_H
 #define RTI_BVH_PACKET_H
@@ -212,7 +213,8 @@ RTI_VEC rtk_u32 packet_sees_all(const packet *p)
     return (p->scene->groups->flags & RTK_GROUP_PLAIN) && !p->masked && p->common != 0u;
 }
 
-/* Makes ready the walk of `rays`, which are of one axis and octant. */
+/* Makes ready the walk of `rays`, which are of one octant, and of one axis where the part has triangles in blocks: nobody else
+ * asks for kx to sy. */
 RTI_VEC void packet_begin(packet *p, rtk_u32 mode, uint64_t rays)
 {
     float width = 0.0f;

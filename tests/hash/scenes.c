@@ -57,7 +57,7 @@ static rt_status add_material(rt_scene *scene, rt_vec3 color, float diffusion, f
     return rt_scene_add_material(scene, &d, material);
 }
 
-static rt_status add_floor(rt_scene *scene)
+static rt_status add_plane(rt_scene *scene, rt_vec3 point, rt_vec3 normal)
 {
     static const uint8_t texels[3 * 3 * 3] = {250, 240, 200, 40,  60,  90,  120, 30, 20, 10, 200, 90, 90, 90,
                                               90,  0,   0,   250, 255, 255, 255, 30, 30, 0,  200, 10, 220};
@@ -69,10 +69,15 @@ static rt_status add_floor(rt_scene *scene)
     TRY(rt_scene_add_texture(scene, &texture, &material.color_texture));
     material.reflectiveness = 0.15f;
     TRY(rt_scene_add_material(scene, &material, &plane.common.material));
-    plane.point = (rt_vec3){0, -1, 0};
-    plane.normal = (rt_vec3){0, 1, 0};
+    plane.point = point;
+    plane.normal = normal;
     plane.texture_size = 2.5f;
     return rt_scene_add_plane(scene, &plane, NULL);
+}
+
+static rt_status add_floor(rt_scene *scene)
+{
+    return add_plane(scene, (rt_vec3){0, -1, 0}, (rt_vec3){0, 1, 0});
 }
 
 /* One of each shape, in glass, mirror and clay, over a textured floor, under each kind of light. */
@@ -273,6 +278,44 @@ static rt_status fill_motion(rt_scene *scene, rt_scene *child)
     return rt_scene_commit(scene, NULL);
 }
 
+/* Textured slopes all around balls that are only pushed: their turns and sizes stay. What is made of normals and of placements
+ * goes through doubles and back, which compilers may not leave out. */
+static rt_status fill_slopes(rt_scene *scene, rt_scene *child)
+{
+    uint32_t seed = 5;
+    rt_camera_desc camera = rt_camera_desc_default();
+    rt_sphere_desc ball = rt_sphere_desc_default();
+    ball.radius = 1;
+    TRY(rt_scene_add_sphere(child, &ball, NULL));
+    TRY(rt_scene_commit(child, NULL));
+    for (int i = 0; i < 12; ++i) {
+        rt_vec3 n = {2 * noise(&seed) - 1, 2 * noise(&seed) - 1, 2 * noise(&seed) - 1};
+        TRY(add_plane(scene, (rt_vec3){-8 * n.x, -8 * n.y, -8 * n.z}, n));
+    }
+    for (int i = 0; i < 24; ++i) {
+        rt_instance_desc d = rt_instance_desc_default();
+        rt_vec3 axis = {noise(&seed) + 0.1f, noise(&seed), noise(&seed)},
+                size = {0.2f + 0.3f * noise(&seed), 0.2f + 0.3f * noise(&seed), 0.2f + 0.3f * noise(&seed)};
+        rt_transform pushed;
+        d.child = child;
+        d.transform = rt_transform_multiply(rt_transform_rotate(axis, 360 * noise(&seed)), rt_transform_scale(size));
+        for (int k = 0; k < 3; ++k)
+            d.transform.m[4 * k + 3] = 4 * noise(&seed) - 2;
+        pushed = d.transform;
+        pushed.m[3] += noise(&seed);
+        d.motion = &pushed;
+        d.motion_count = 1;
+        TRY(rt_scene_add_instance(scene, &d, NULL));
+    }
+    TRY(add_light(scene, RT_LIGHT_POINT, (rt_vec3){1, 3, 4}, RT_FALLOFF_NONE, 1));
+    camera.eye = (rt_vec3){0, 1, 6};
+    camera.look_at = (rt_vec3){0, 0, 0};
+    camera.shutter_close = 1;
+    TRY(rt_scene_set_camera(scene, &camera));
+    return rt_scene_commit(scene, NULL);
+}
+
 const hash_scene hash_scenes[] = {{"shapes", fill_shapes}, {"soup", fill_soup}, {"instances", fill_instances},
-                                  {"parts", fill_parts},   {"lens", fill_lens}, {"motion", fill_motion}};
+                                  {"parts", fill_parts},   {"lens", fill_lens}, {"motion", fill_motion},
+                                  {"slopes", fill_slopes}};
 const unsigned hash_scene_count = sizeof hash_scenes / sizeof hash_scenes[0];
