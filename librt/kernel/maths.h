@@ -98,8 +98,8 @@ RTK_FN float rtk_cos_part(float r)
 RTK_FN void rtk_sincos_in(float r, rtk_u32 q, float *sine, float *cosine)
 {
     float s = rtk_sin_part(r), c = rtk_cos_part(r), a = (q & 1u) ? c : s, b = (q & 1u) ? s : c;
-    *sine = (q & 2u) ? -a : a;
-    *cosine = ((q + 1u) & 2u) ? -b : b;
+    *sine = rtk_float(rtk_bits(a) ^ (q & 2u) << 30);
+    *cosine = rtk_float(rtk_bits(b) ^ ((q + 1u) & 2u) << 30);
 }
 
 /* rtk_sincos of 0 <= x <= 4096 without a branch, for loops over lanes. Returns 0 where that takes another way. */

@@ -273,11 +273,18 @@ RTI_LANES_FN static void spread(const rti_worker *w, uint32_t at, const uint32_t
                                 rays *s)
 {
     const float *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
+    float x[RTK_BLOCK] RTI_ROW, y[RTK_BLOCK] RTI_ROW;
     uint32_t plain[RTK_BLOCK] RTI_ROW, rare = 0;
+    RTI_EACH_LANE(k)
+    { /* rtk_random2 */
+        uint32_t place = rtk_shuffled(seed[k], first[k] + j, RTK_DIM_AO_U);
+        x[k] = rtk_unit_float(rtk_scrambled(seed[k], place, RTK_DIM_AO_U));
+        y[k] = rtk_unit_float(rtk_scrambled(seed[k], place, RTK_DIM_AO_V));
+    }
     RTI_EACH_LANE(k)
     {
         rtk_vec3 dir;
-        rtk_uv u = rtk_random2(seed[k], first[k] + j, RTK_DIM_AO_U);
+        rtk_uv u = {x[k], y[k]};
         plain[k] = (uint32_t)rtk_cosine_direction_plain(rtk_v3(nx[k], ny[k], nz[k]), u, &dir);
         s->dx[k] = dir.x;
         s->dy[k] = dir.y;
@@ -287,7 +294,7 @@ RTI_LANES_FN static void spread(const rti_worker *w, uint32_t at, const uint32_t
     rare |= !plain[k];
     for (uint32_t k = 0; k < RTK_BLOCK && rare; k++) {
         if (!plain[k]) {
-            rtk_uv u = rtk_random2(seed[k], first[k] + j, RTK_DIM_AO_U);
+            rtk_uv u = {x[k], y[k]};
             rtk_vec3 dir = rtk_cosine_direction(rtk_v3(nx[k], ny[k], nz[k]), u);
             s->dx[k] = dir.x;
             s->dy[k] = dir.y;
