@@ -211,22 +211,11 @@ void RTI_ISA_FN(rti_lanes_ao)(rti_worker *w, rti_sheaf *c)
     const size_t stride = w->lit_stride;
     float *to = w->lit + w->lit_count;
 #define NOTE(row, from) memcpy(to + RTI_LIT_##row * stride, from, RTK_BLOCK * sizeof *to)
-    NOTE(PX, c->px);
-    NOTE(PY, c->py);
-    NOTE(PZ, c->pz);
-    NOTE(ERROR, c->error);
-    NOTE(NX, c->nx);
-    NOTE(NY, c->ny);
-    NOTE(NZ, c->nz);
-    NOTE(GX, c->gx);
-    NOTE(GY, c->gy);
-    NOTE(GZ, c->gz);
     NOTE(KR, c->tpr);
     NOTE(KG, c->tpg);
     NOTE(KB, c->tpb);
 #undef NOTE
-    memcpy(w->lit_ray + w->lit_count, c->ray, sizeof c->ray);
-    memcpy(w->lit_home + w->lit_count, c->home, sizeof c->home);
+    rti_note_points(w, c);
     w->lit_count += c->count;
 }
 

@@ -29,6 +29,17 @@ static inline void rti_take_rows(const rti_sheaf *c, const void *from, size_t si
     }
 }
 
+/* Where a sheaf's points are, behind those that are noted: their rows up to the geometric normal, their rays and homes. */
+static inline void rti_note_points(rti_worker *w, const rti_sheaf *c)
+{
+    const float *const rows[] = {c->px, c->py, c->pz, c->error, c->nx, c->ny, c->nz, c->gx, c->gy, c->gz};
+    for (uint32_t r = 0; r <= RTI_LIT_GZ; r++)
+        memcpy(w->lit + r * w->lit_stride + w->lit_count, rows[r], RTK_BLOCK * sizeof *rows[r]);
+    memcpy(w->lit_ray + w->lit_count, c->ray, sizeof c->ray);
+    memcpy(w->lit_home + w->lit_count, c->home, sizeof c->home);
+}
+_Static_assert(RTI_LIT_PX == 0 && RTI_LIT_ERROR == 3 && RTI_LIT_NX == 4 && RTI_LIT_GX == 7 && RTI_LIT_GZ == 9, "their order");
+
 #ifdef RTI_PACK
 /* Chosen lanes of a row, side by side, from place k of another on. */
 static inline void rti_put_row(void *to, uint32_t k, uint32_t lanes, const void *row)

@@ -76,16 +76,7 @@ RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const looks
     float *to = w->lit + w->lit_count;
     uint32_t lit[RTK_BLOCK] RTI_ROW, dark = 0;
 #define ROW(name) (to + RTI_LIT_##name * stride)
-    memcpy(ROW(PX), c->px, sizeof c->px);
-    memcpy(ROW(PY), c->py, sizeof c->py);
-    memcpy(ROW(PZ), c->pz, sizeof c->pz);
-    memcpy(ROW(ERROR), c->error, sizeof c->error);
-    memcpy(ROW(NX), c->nx, sizeof c->nx);
-    memcpy(ROW(NY), c->ny, sizeof c->ny);
-    memcpy(ROW(NZ), c->nz, sizeof c->nz);
-    memcpy(ROW(GX), c->gx, sizeof c->gx);
-    memcpy(ROW(GY), c->gy, sizeof c->gy);
-    memcpy(ROW(GZ), c->gz, sizeof c->gz);
+    rti_note_points(w, c);
     memcpy(ROW(SHININESS), l->shininess, sizeof l->shininess);
     memset(ROW(DIFFUSE_PDF), 0, sizeof c->px);
     float *vx = ROW(VX), *vy = ROW(VY), *vz = ROW(VZ), *kr = ROW(KR), *kg = ROW(KG), *kb = ROW(KB);
@@ -106,8 +97,6 @@ RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const looks
         sb[k] = specular.z;
         lit[k] = !(rtk_max(rtk_maxabs(diffuse), rtk_maxabs(specular)) == 0.0f);
     }
-    memcpy(w->lit_ray + w->lit_count, c->ray, sizeof c->ray);
-    memcpy(w->lit_home + w->lit_count, c->home, sizeof c->home);
     RTI_EACH_LANE(k)
     dark |= !lit[k];
     if (!dark) {
