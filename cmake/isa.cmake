@@ -1,12 +1,12 @@
-# Hot files are compiled once for each instruction set (librt/base/isa.h). FMA is not among the flags but comes with AVX-512's: -ffp-contract=off
-# (flags.cmake) keeps it from changing a bit.
+# Hot files are compiled once for each instruction set (librt/base/isa.h). FMA is where bounds ask for it (rti_fN_msub): -ffp-contract=off
+# (flags.cmake) keeps it from changing another bit.
 include(CheckCCompilerFlag)
 set(LIBRT_ISAS AUTO CACHE STRING "Instruction sets beside generic: AUTO (all of the processor's family), NONE, or a list of them, as in avx2;avx512")
 set(librt_isas)
 set(wanted)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64|i.86)$")
   set(librt_flags_sse42 -msse4.2 -mpopcnt)
-  set(librt_flags_avx2 -mavx2 -mpopcnt -mbmi -mbmi2 -mlzcnt)
+  set(librt_flags_avx2 -mavx2 -mfma -mpopcnt -mbmi -mbmi2 -mlzcnt)
   set(librt_flags_avx512 -mavx512f -mavx512vl -mavx512bw -mavx512dq -mpopcnt -mbmi -mbmi2 -mlzcnt -mprefer-vector-width=512)
   set(librt_flags_avx512_vbmi2 ${librt_flags_avx512} -mavx512vbmi2)
   set(wanted sse42 avx2 avx512 avx512_vbmi2)

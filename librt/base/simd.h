@@ -78,7 +78,7 @@
 
 #if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__)
 #include "simd/avx512.h"
-#elif defined(__AVX2__)
+#elif defined(__AVX2__) && defined(__FMA__)
 #include "simd/avx2.h"
 #elif defined(__SSE4_2__) || (defined(__SSE2__) && !defined(RTI_ISA))
 #include "simd/sse.h"

@@ -25,6 +25,20 @@
 #undef COMPARE
 #undef SELECT
 
+#define RTI_MSUB 1
+RTI_VEC rti_f8 rti_f8_msub(rti_f8 a, rti_f8 b, rti_f8 c)
+{
+    return _mm256_fmsub_ps(a, b, c);
+}
+RTI_VEC rti_f4 rti_f4_madd(rti_f4 a, rti_f4 b, rti_f4 c)
+{
+    return _mm_fmadd_ps(a, b, c);
+}
+RTI_VEC rti_f8 rti_f8_madd(rti_f8 a, rti_f8 b, rti_f8 c)
+{
+    return _mm256_fmadd_ps(a, b, c);
+}
+
 #define PAIR(a, b, how) _mm256_castpd_ps(_mm256_##how##_pd(_mm256_castps_pd(a), _mm256_castps_pd(b)))
 RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
 {
