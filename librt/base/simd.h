@@ -15,9 +15,33 @@
  *   rti_f4_turn(a, b)                                 b[i] has lane i of a[0] to a[3]
  *   rti_rows4(from, to)                               to[k][i] = from[i][k], for k below 4 and i below 16
  *
- * Where RTI_PACK is defined (AVX-512), of lanes chosen by bits, too:
+ * Where RTI_PACK8 is defined (AVX2, AVX-512), of lanes chosen by bits, too; N: the widest, RTI_SIMD:
  *   rti_f8_pack(p, bits, a)  rti_u8_pack(p, bits, a)  the chosen lanes of a vector, or of a[8], side by side from p on; all eight
  *                                                     places behind p are written
+ *   rti_f8_sorted(t, lane, bits, a)
+ *                             the chosen lanes of a and their numbers, the greatest first, as good as 21 bits of mantissa tell; of
+ *                             equal ones, as which negative ones and NaN count, the first; all eight places behind t and lane are
+ *                             written
+ *   rti_f8_least(bits, a)     the lane that holds the least of the chosen, as good as 21 bits of mantissa tell, of equal ones the
+ *                             first; bits is not 0. Of negative ones, any
+ *   rti_u8_take(p, a, lanes)  a[lanes[0]] to a[lanes[7]] to p; those of other lanes than 0 to 7: anything in a
+ *   rti_fN_records(p, at, a)  a[k] has p[8 at[i] + k] in lane i, for k below 8; at: N of sixteen bits
+ *   rti_fN_spread(a, to)      to[i][k] is lane i of a[k], for k below 8; in their order, so a later one may be in the same place
+ *   rti_fN_column(p, n, at)   p[n at[i]] in lane i; at: N of sixteen bits
+ *   rti_fN_fours(a, b, c, d, p)
+ *                             p[i] has lane i of a, b, c and d
+ *   rti_iN_rows(p, at)        a row of three for each lane: p[at[i]], which is 0, 1 or 2; at: N of sixteen bits
+ *   rti_iN_next(rows)         the rows behind those, the first behind the last
+ *   rti_u16_put(p, a, bits)   of a[0] to a[15] those chosen by bits, side by side; returns how many. All sixteen places behind p are
+ *                             written, those behind a read
+ *   rti_u16_deal(p, a, bytes, i, n)
+ *                             of a[0] to a[n - 1], at most 16, those whose byte has bit i, as rti_u16_put; rti_b16_load(p) loads
+ *                             sixteen bytes
+ *   rti_u16_last(p, a, n)     a[0] to a[n - 1], 1 to N of them, to p[0] on, and the last again up to p[N - 1]; reads as rti_u16_put
+ * where N is 8:
+ *   rti_f8_corner(p, rows)    p[rows[i]] in lane i; p[3] is read
+ *   rti_f8_fields(p, q, a)    a[k] is p[k] four times and q[k] four times, for k below 8
+ * and where RTI_PACK is (AVX-512; N is 16):
  *   rti_f16_put(p, bits, a)   the chosen lanes of a side by side from p on, and nothing behind them
  *   rti_first(bits, n)        the lowest n of the bits, n less than 32
  *   rti_f16_mix(a, bits, b, lanes)
@@ -28,37 +52,19 @@
  *   rti_f16_row(p)            p[0] to p[3], four times
  *   rti_f16_each(p, at)       p[at[0]] four times, p[at[1]] four times, to p[at[3]]
  *   rti_f16_fields(p, at, a)  a[k] is p[at[0] + k] four times, p[at[1] + k] four times, to p[at[3] + k], for k below 8
- *   rti_f16_records(p, at, a) a[k] has p[8 at[i] + k] in lane i, for k below 8; at: sixteen of sixteen bits
- *   rti_f16_column(p, n, at)  p[n at[0]] to p[n at[15]]; at: sixteen of sixteen bits
- *   rti_f16_fours(a, b, c, d, p)
- *                             p[i] has lane i of a, b, c and d
- *   rti_f16_spread(a, to)     to[i][k] is lane i of a[k], for k below 8; in their order, so a later one may be in the same place
  *   rti_f16_twelve(p)         p[0] to p[11]; rti_f16_nine(p) p[0] to p[8]
  *   rti_f16_take(a, lanes)    those lanes of a, for
  *   rti_i16_row(a)            of each number in a, 0, 1 or 2, that row of three rows of four lanes, for
- *   rti_i16_next(rows)        the rows behind those, the first behind the last
- *   rti_i16_rows(p, at)       the first lanes of the rows p[at[0]] to p[at[15]], each 0, 1 or 2; at: sixteen of sixteen bits
+ *   rti_i16_rows, _next       as above: the rows' first lanes
  *   rti_f16_least4(a)         of each four lanes the least, four times
  *   rti_f16_keep4(p, end, at, end_at, bits, t, u, v, e, place)
  *                             of each four lanes i to i + 3 the one that is in bits, if there is one, k: t, u, v and place + k - i go to
  *                             p[at[i / 4]] and behind it, e to end[end_at[i / 4]]
- *   rti_u8_take(p, a, lanes)  a[lanes[0]] to a[lanes[7]] to p; those of other lanes than 0 to 7: anything in a
- *   rti_u16_deal(p, a, bytes, i, n)
- *                             of a[0] to a[n - 1], at most 16, those side by side whose byte has bit i; returns how many. All sixteen
- *                             places behind p are written, those behind a read; rti_b16_load(p) loads sixteen bytes
- *   rti_u16_put(p, a, bits)   of a[0] to a[15] those chosen by bits, side by side; returns how many. Reads and writes as that
- *   rti_u16_put32(p, a, bits) as that, of a[0] to a[31]
+ *   rti_u16_put32(p, a, bits) as rti_u16_put, of a[0] to a[31]
  *   rti_u16_some(p, q, a, b, n)
  *                             of a[0] to a[n - 1], at most 32, those side by side beside which b[] is not 0, and to q those of b[].
  *                             Reads and writes as that; returns how many
  *   rti_u16_count(p, n, bits) as rti_u16_put, of n, n + 1 to n + 15
- *   rti_u16_last(p, a, n)     a[0] to a[n - 1], 1 to 16 of them, to p[0] on, and the last again up to p[15]; reads as rti_u16_put
- *   rti_f8_sorted(t, lane, bits, a)
- *                             the chosen lanes of a and their numbers, the greatest first, as good as 21 bits of mantissa tell; of
- *                             equal ones, as which negative ones and NaN count, the first; all eight places behind t and lane are
- *                             written
- *   rti_f8_least(bits, a)     the lane that holds the least of the chosen, as good as 21 bits of mantissa tell, of equal ones the
- *                             first; bits is not 0. Of negative ones, any
  */
 #ifndef RTI_SIMD_H
 #define RTI_SIMD_H

@@ -206,7 +206,7 @@ RTI_VEC rtk_u32 lone_choose(lone_stack *s, rtk_u32 mode, rtk_u32 *top, const rtk
     if (rest == 0u)
         return first;
     if (mode & RTK_MODE_ANY) { /* whatever their order, which is fair (kernel/bvh.h) */
-#ifdef RTI_PACK
+#ifdef RTI_PACK8
         rti_f8_store(s->t + *top, rti_f8_set(-RTK_INF));
         rti_u8_pack(s->child + *top, rest, n->child);
         rti_u8_pack(s->count + *top, rest, n->count);
@@ -223,7 +223,7 @@ RTI_VEC rtk_u32 lone_choose(lone_stack *s, rtk_u32 mode, rtk_u32 *top, const rtk
         lone_push(s, (*top)++, n, far, t[far]);
         return first ^ second ^ far;
     }
-#ifdef RTI_PACK
+#ifdef RTI_PACK8
     const rtk_u32 i = rti_f8_least(bits, rti_f8_load(t)), to = *top;
     rtk_u32 slots[RTK_BVH_WIDTH];
     rti_f8_sorted(s->t + to, slots, bits & ~(1u << i), rti_f8_load(t));

@@ -1,14 +1,14 @@
 /* Rays that have nothing in common but the octant they point into, through eight-wide nodes together, for hot files.
  *
- * Up to STREAM rays go as a stream. A node is opened once for all of the stream's rays that enter it. Long lists are taken
- * sixteen rays at a time, whose numbers are turned so that each of a node's boxes meets all sixteen, or with AVX-512 as the rays
- * lie, where most of them come along (bvh_stream_dense.h); of short ones the rays pass one after the other, each against all eight
- * boxes. No ray waits for another, and no branch depends on what one meets. Behind
- * that each slot gets the list of the rays that enter it, and the slots go onto a stack, the nearest on top, with their lists. A
- * leaf meets a long list sixteen rays at a time, a triangle after the other, a short one four rays and four triangles at a time.
- * So what a node or leaf costs beside its rays (to wait for it, to foresee where it leads) is shared by all rays that come there:
- * of bounces of a picture's tile some thirty, where packets of sixteen share it by four, or by one. (Fuetterling, Lojewski,
- * Pfreundt, Hamann 2015; Barringer, Akenine-Moeller 2014: what differs is that lists hold numbers, no copies.)
+ * Up to STREAM rays go as a stream. A node is opened once for all of the stream's rays that enter it: the rays pass one after the
+ * other, each against all eight boxes, or of long lists, with AVX-512, sixteen at a time, whose numbers are turned so that each
+ * of the boxes meets all sixteen, or as the rays lie, where most of them come along (bvh_stream_dense.h). No ray waits for
+ * another, and no branch depends on what one meets. Behind that each slot gets the list of the rays that enter it, and the slots
+ * go onto a stack, the nearest on top, with their lists. A leaf meets a long list as many rays at a time as vectors have lanes, a
+ * triangle after the other, a short one two rays, or four, and four triangles at a time. So what a node or leaf costs beside its
+ * rays (to wait for it, to foresee where it leads) is shared by all rays that come there: of bounces of a picture's tile some
+ * thirty, where packets of sixteen share it by four, or by one. (Fuetterling, Lojewski, Pfreundt, Hamann 2015; Barringer,
+ * Akenine-Moeller 2014: what differs is that lists hold numbers, no copies.)
  *
  * Planes are met at plane * inv - org * inv. The product org * inv is rounded, by 2^-24 of |org| <= RTK_FAR scale, which is a
  * sixteenth of what RTK_GROW holds in reserve (ray.h, theory point 3), as long as it is a normal float, or 2^-150, by which it is
@@ -20,7 +20,11 @@
 
 #include "bvh_packet.h"
 
-#define STREAM        2048u
+#if RTI_SIMD == 8
+#define STREAM 1024u /* narrower vectors, smaller caches: half a MiB to a core */
+#else
+#define STREAM 2048u
+#endif
 #define STREAM_FRONT  -3.402823466e38f /* where rays enter that need no order */
 #define STREAM_FEW    1u
 #define STREAM_TURNED 16u /* rays of a list from which on they are turned, and each slot of a node meets sixteen */
@@ -268,10 +272,10 @@ RTI_VEC void stream_met(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rt
 /* Fields of stream_tri of n rays, no more than vectors hold; lanes behind them hold anything. */
 RTI_VEC void stream_shears(const stream *s, const uint16_t *ids, rtk_u32 n, vec out[8])
 {
-#ifdef RTI_PACK
-    uint16_t all[16];
+#ifdef RTI_PACK8
+    uint16_t all[RTI_SIMD];
     rti_u16_last(all, ids, n);
-    rti_f16_records(&s->tri[0].ox, all, out);
+    V(records)(&s->tri[0].ox, all, out);
 #else
     float x[8][RTI_SIMD] = {{0.0f}};
     for (rtk_u32 i = 0u; i < n; i++) {

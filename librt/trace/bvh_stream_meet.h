@@ -121,39 +121,130 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
     }
 }
 
-#define STREAM_SINGLY 4   /* hits of sixteen rays with a triangle up to which they are taken one by one */
-#define STREAM_SOME   16u /* triangles that are looked at together */
-#define STREAM_MANY   24u /* rays of a leaf from which on sixteen of them meet a triangle */
+#endif
 
-/* Sixteen rays, of which those of `want` count, and the triangle at a place: hit, doubt and certain of *hit. */
-RTI_VEC rtk_u32 stream_many_test(const streams *a, const tri_ray *r, const rti_i16 rows[3], rtk_u32 place, rtk_u32 want,
+#if RTI_SIMD == 8 && defined RTI_PACK8
+/* The blocks of a leaf for some rays, two rays by four triangles at a time: lane 4 r + t is ray r and triangle t. */
+RTI_VEC void stream_leaf_twos(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n, rtk_u32 at,
+                              rtk_u32 count)
+{
+    const rtk_u32 end = (at + count + 3u) / 4u;
+    for (rtk_u32 i = 0u; i < n; i += 2u) {
+        const rtk_u32 lane[2] = {ids[i], ids[i + (i + 1u < n)]};
+        const rtk_u32 z0 = (rtk_u32)s->kind[lane[0]], x0 = z0 == 2u ? 0u : z0 + 1u, y0 = x0 == 2u ? 0u : x0 + 1u;
+        const rtk_u32 z1 = (rtk_u32)s->kind[lane[1]], x1 = z1 == 2u ? 0u : z1 + 1u, y1 = x1 == 2u ? 0u : x1 + 1u;
+        rtk_u32 want = i + 1u < n ? 0xffu : 0x0fu;
+        vec o[8];
+        rti_f8_fields(&s->tri[lane[0]].ox, &s->tri[lane[1]].ox, o);
+        const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], V(set)(0.0f), V(set)(a->part->scale)};
+        for (rtk_u32 k = at / 4u; k < end && want != 0u; k++) {
+            const rtk_bvhblock *b = &a->tree.blocks[k];
+#define ROWS(v)                                                                                                                  \
+    {                                                                                                                            \
+        rti_f8_two(b->v[x0], b->v[x1]), rti_f8_two(b->v[y0], b->v[y1]), rti_f8_two(b->v[z0], b->v[z1])                           \
+    }
+            const vec v0[3] = ROWS(v0), v1[3] = ROWS(v1), v2[3] = ROWS(v2);
+#undef ROWS
+            tri_hit hit;
+            float t[8], u[8], v[8], off[8];
+            rtk_u32 bits = tri_test(&r, v0, v1, v2, want & bvh_own(k, at, count) * 0x11u, &hit);
+            if (bits == 0u)
+                continue;
+            V(store)(t, hit.t);
+            V(store)(u, hit.u);
+            V(store)(v, hit.v);
+            V(store)(off, hit.off);
+            for (; bits != 0u; bits &= bits - 1u) {
+                const rtk_u32 j = (rtk_u32)__builtin_ctz(bits);
+                stream_met(a, s, lane[j / 4u], mode, 4u * k + j % 4u, hit.doubt, hit.certain, t, u, v, off, j);
+                if ((mode & RTK_MODE_ANY) && s->ray[lane[j / 4u]].t1 == -RTK_INF) {
+                    want &= ~(15u << j / 4u * 4u);
+                    bits &= want | (bits & (0u - bits));
+                }
+            }
+        }
+    }
+}
+#endif
+
+#ifdef RTI_PACK8
+#define STREAM_SINGLY (RTI_SIMD / 4) /* hits of RTI_SIMD rays with a triangle up to which they are taken one by one */
+#define STREAM_SOME   16u            /* triangles that are looked at together */
+#if RTI_SIMD >= 16
+#define STREAM_MANY 24u /* rays of a leaf from which on RTI_SIMD of them meet a triangle */
+#else
+#define STREAM_MANY 5u
+#endif
+
+/* The corners of a leaf's triangles [first, first + count), STREAM_SOME at most, for rays of different orders of axes. */
+typedef struct stream_corners {
+#if RTI_SIMD >= 16
+    const rtk_bvhblock *blocks;
+#else
+    rtk_u32 first;
+    float at[STREAM_SOME + 4u][3][4]; /* x, y, z, and anything */
+#endif
+} stream_corners;
+
+RTI_VEC void stream_corners_of(const rtk_tree *tree, rtk_u32 first, rtk_u32 count, stream_corners *c)
+{
+#if RTI_SIMD >= 16
+    (void)first;
+    (void)count;
+    c->blocks = tree->blocks;
+#else
+    c->first = first / 4u * 4u;
+    for (rtk_u32 k = 0u; c->first + k < first + count; k += 4u) {
+        const rtk_bvhblock *b = &tree->blocks[first / 4u + k / 4u];
+        const float(*rows[3])[4] = {b->v0, b->v1, b->v2};
+        for (rtk_u32 v = 0u; v < 3u; v++) {
+            const rti_f4 z = rti_f4_load(rows[v][2]), from[4] = {rti_f4_load(rows[v][0]), rti_f4_load(rows[v][1]), z, z};
+            rti_f4 to[4];
+            rti_f4_turn(from, to);
+            for (rtk_u32 i = 0u; i < 4u; i++)
+                rti_f4_store(c->at[k + i][v], to[i]);
+        }
+    }
+#endif
+}
+
+/* RTI_SIMD rays, of which those of `want` count, and the triangle at a place: hit, doubt and certain of *hit; without one those
+ * whose lines may pass through it. */
+RTI_VEC rtk_u32 stream_many_test(const stream_corners *c, const tri_ray *r, const vec_rows rows[3], rtk_u32 place, rtk_u32 want,
                                  tri_hit *hit)
 {
-    const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
+#if RTI_SIMD >= 16
+    const rtk_bvhblock *b = &c->blocks[place / 4u];
     const rtk_u32 j = place % 4u;
-    const vec a0 = rti_f16_nine(b->v0[0] + j), a1 = rti_f16_nine(b->v1[0] + j), a2 = rti_f16_nine(b->v2[0] + j);
-    const vec v0[3] = {rti_f16_take(a0, rows[0]), rti_f16_take(a0, rows[1]), rti_f16_take(a0, rows[2])};
-    const vec v1[3] = {rti_f16_take(a1, rows[0]), rti_f16_take(a1, rows[1]), rti_f16_take(a1, rows[2])};
-    const vec v2[3] = {rti_f16_take(a2, rows[0]), rti_f16_take(a2, rows[1]), rti_f16_take(a2, rows[2])};
+    const vec a[3] = {rti_f16_nine(b->v0[0] + j), rti_f16_nine(b->v1[0] + j), rti_f16_nine(b->v2[0] + j)};
+#define CORNER(v, axis) rti_f16_take(a[v], rows[axis])
+#else
+    const float(*a)[4] = c->at[place - c->first];
+#define CORNER(v, axis) rti_f8_corner(a[v], rows[axis])
+#endif
+    const vec v0[3] = {CORNER(0, 0), CORNER(0, 1), CORNER(0, 2)};
+    const vec v1[3] = {CORNER(1, 0), CORNER(1, 1), CORNER(1, 2)};
+    const vec v2[3] = {CORNER(2, 0), CORNER(2, 1), CORNER(2, 2)};
+#undef CORNER
     return hit ? tri_test(r, v0, v1, v2, want, hit) : tri_inside(r, v0, v1, v2, want);
 }
 
-/* What sixteen rays, which are different ones where they count, and the triangle at a place give in vectors, as stream_take and
+/* What RTI_SIMD rays, which are different ones where they count, and the triangle at a place give in vectors, as stream_take and
  * stream_doubt would. Returns the rays for which nothing was done, as they must go one by one: where a hit is not for certain,
  * lies between the best one's bounds, or is as near. */
-RTI_VEC rtk_u32 stream_many_keep(stream *s, const tri_hit *hit, vec tmax, const uint16_t lane[16], rtk_u32 place)
+RTI_VEC rtk_u32 stream_many_keep(stream *s, const tri_hit *hit, vec tmax, const uint16_t lane[RTI_SIMD], rtk_u32 place)
 {
     const rtk_u32 known = hit->hit | hit->certain, doubt = known & hit->doubt;
-    const vec best = rti_f16_column(&s->hit[0].t, 4u, lane), far = rti_f16_column(&s->ray[0].t1, 8u, lane);
+    const vec best = V(column)(&s->hit[0].t, 4u, lane), far = V(column)(&s->ray[0].t1, 8u, lane);
     const vec off = V(select)(VM(of)(doubt), hit->off, V(set)(0.0f)), lo = hit->t - off, hi = hit->t + off;
     const rtk_u32 may = known & ~(doubt & VM(bits)(V(lt)(V(min)(tmax, far), lo)));
     const rtk_u32 between = VM(bits)(V(lt)(lo, hi)) & VM(bits)(V(lt)(lo, far));
     const rtk_u32 take = may & VM(bits)(V(lt)(hi, best)) & (~doubt | between);
     const rtk_u32 left = may & ~take & (VM(bits)(V(le)(lo, far)) | VM(bits)(V(eq)(lo, best)));
     if (take) {
-        float kept[16][4], end[16], late;
+        float kept[RTI_SIMD][4], end[RTI_SIMD], late;
         memcpy(&late, &place, sizeof late);
-        rti_f16_fours(lo, hit->u, hit->v, V(set)(late), kept);
+        V(fours)(lo, hit->u, hit->v, V(set)(late), kept);
         V(store)(end, V(min)(hi, far));
         for (rtk_u32 bits = take; bits != 0u; bits &= bits - 1u) {
             const rtk_u32 k = (rtk_u32)__builtin_ctz(bits);
@@ -164,9 +255,9 @@ RTI_VEC rtk_u32 stream_many_keep(stream *s, const tri_hit *hit, vec tmax, const 
     return left | (hit->doubt & ~known);
 }
 
-/* Sixteen rays for which the leaf test says what is in *hit of the triangle at a place. Returns those that need no more. */
-RTI_VEC rtk_u32 stream_many_met(const streams *a, stream *s, rtk_u32 mode, const tri_hit *hit, vec tmax, const uint16_t lane[16],
-                                rtk_u32 place)
+/* RTI_SIMD rays for which the leaf test says what is in *hit of the triangle at a place. Returns those that need no more. */
+RTI_VEC rtk_u32 stream_many_met(const streams *a, stream *s, rtk_u32 mode, const tri_hit *hit, vec tmax,
+                                const uint16_t lane[RTI_SIMD], rtk_u32 place)
 {
     rtk_u32 bits = hit->hit | hit->doubt;
     if ((mode & RTK_MODE_ANY) && hit->doubt == hit->certain) {
@@ -192,44 +283,44 @@ RTI_VEC rtk_u32 stream_many_met(const streams *a, stream *s, rtk_u32 mode, const
     return 0u;
 }
 
-/* The triangles of a leaf for many rays, sixteen rays by one triangle at a time. For any hit first which rays' lines pass through
- * which triangles, without a branch, as that is not to be foreseen, then what comes of those. */
-RTI_VEC void stream_leaf_many(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n, rtk_u32 first,
+/* The triangles [first, first + count) of a leaf, STREAM_SOME at most, for many rays, RTI_SIMD rays by one triangle at a time.
+ * For any hit first which rays' lines pass through which triangles, without a branch, as that is not to be foreseen, then what
+ * comes of those. */
+RTI_VEC void stream_leaf_some(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n, rtk_u32 first,
                               rtk_u32 count)
 {
-    for (rtk_u32 i = 0u; i < n; i += 16u) {
-        rtk_u32 live = n - i < 16u ? (1u << (n - i)) - 1u : 0xffffu;
+    stream_corners corners;
+    stream_corners_of(&a->tree, first, count, &corners);
+    for (rtk_u32 i = 0u; i < n; i += RTI_SIMD) {
+        rtk_u32 live = n - i < RTI_SIMD ? (1u << (n - i)) - 1u : LANES_ALL;
         const uint16_t *lane = ids + i;
-        uint16_t last[16];
+        uint16_t last[RTI_SIMD];
         vec o[8];
-        if (n - i < 16u) {
+        if (n - i < RTI_SIMD) {
             rti_u16_last(last, ids + i, n - i);
             lane = last;
         }
-        rti_f16_records(&s->tri[0].ox, lane, o);
+        V(records)(&s->tri[0].ox, lane, o);
         const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], V(set)(0.0f), V(set)(a->part->scale)};
-        const rti_i16 z = rti_i16_rows(s->kind, lane), x = rti_i16_next(z), rows[3] = {x, rti_i16_next(x), z};
+        const vec_rows z = VI(rows)(s->kind, lane), x = VI(next)(z), rows[3] = {x, VI(next)(x), z};
         if (!(mode & RTK_MODE_ANY)) {
             for (rtk_u32 place = first; place < first + count; place++) {
                 tri_hit hit;
-                if (stream_many_test(a, &r, rows, place, live, &hit) != 0u)
+                if (stream_many_test(&corners, &r, rows, place, live, &hit) != 0u)
                     stream_many_met(a, s, mode, &hit, r.tmax, lane, place);
             }
             continue;
         }
-        for (rtk_u32 at = first; at < first + count; at += STREAM_SOME) {
-            const rtk_u32 end = rtk_umin(at + STREAM_SOME, first + count);
-            rtk_u32 inside[STREAM_SOME], places[STREAM_SOME], some = 0u;
-            for (rtk_u32 place = at; place < end; place++) {
-                inside[some] = stream_many_test(a, &r, rows, place, live, NULL);
-                places[some] = place;
-                some += inside[some] != 0u;
-            }
-            for (rtk_u32 m = 0u; m < some; m++) {
-                tri_hit hit;
-                if (stream_many_test(a, &r, rows, places[m], inside[m] & live, &hit) != 0u)
-                    live &= ~stream_many_met(a, s, mode, &hit, r.tmax, lane, places[m]);
-            }
+        rtk_u32 inside[STREAM_SOME], places[STREAM_SOME], some = 0u;
+        for (rtk_u32 place = first; place < first + count; place++) {
+            inside[some] = stream_many_test(&corners, &r, rows, place, live, NULL);
+            places[some] = place;
+            some += inside[some] != 0u;
+        }
+        for (rtk_u32 m = 0u; m < some; m++) {
+            tri_hit hit;
+            if (stream_many_test(&corners, &r, rows, places[m], inside[m] & live, &hit) != 0u)
+                live &= ~stream_many_met(a, s, mode, &hit, r.tmax, lane, places[m]);
         }
     }
 }
@@ -256,13 +347,18 @@ RTI_VEC void stream_leaf(streams *a, stream *s, rtk_u32 mode, rtk_u32 n, rtk_u32
                 stream_ask(a, s, ids[i], mode, a->tree.refs[at + k]);
         return;
     }
-#ifdef RTI_PACK
+#ifdef RTI_PACK8
     if (n >= STREAM_MANY) {
-        stream_leaf_many(a, s, mode, ids, n, at, count);
+        for (rtk_u32 k = 0u; k < count; k += STREAM_SOME)
+            stream_leaf_some(a, s, mode, ids, n, at + k, rtk_umin(count - k, STREAM_SOME));
         return;
     }
     if (n > 1u) {
+#if RTI_SIMD >= 16
         stream_leaf_fours(a, s, mode, ids, n, at, count);
+#else
+        stream_leaf_twos(a, s, mode, ids, n, at, count);
+#endif
         return;
     }
 #endif
@@ -412,6 +508,9 @@ RTI_VEC rtk_u32 stream_deal(const streams *a, uint16_t *to, const uint16_t *ids,
         memcpy(&b, &a->slots[slot][from / 16u], sizeof b);
         end += rti_u16_put32(to + end, ids + from, size - from < 32u ? b & ((1u << (size - from)) - 1u) : b);
     }
+#elif defined RTI_PACK8
+    for (rtk_u32 from = 0u; from < size; from += 16u)
+        end += rti_u16_deal(to + end, ids + from, rti_b16_load(a->bits + from), slot, size - from);
 #else
     for (rtk_u32 from = 0u; from < size; from++) {
         to[end] = ids[from];
@@ -426,7 +525,7 @@ RTI_VEC rtk_u32 stream_deal(const streams *a, uint16_t *to, const uint16_t *ids,
 RTI_VEC void stream_slots(stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 all, const float least[RTK_BVH_WIDTH],
                           rtk_u32 slots[RTK_BVH_WIDTH])
 {
-#ifdef RTI_PACK
+#ifdef RTI_PACK8
     static const float in_order[RTK_BVH_WIDTH] = {0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f};
     if (mode & RTK_MODE_ANY) { /* slots in their order, which is fair (kernel/bvh.h) */
         rti_f8_sorted(s->enter + s->top, slots, all, rti_f8_load(in_order));

@@ -25,7 +25,7 @@ RTI_VEC vec stream_turned(const stream_axes *a, vec x, vec y, vec z)
     return V(select)(a->first, x, V(select)(a->second, y, z));
 }
 
-#ifndef RTI_PACK
+#ifndef RTI_PACK8
 /* Rows of eight numbers, of RTI_SIMD rays, as their records. */
 RTI_VEC void stream_records(const vec in[8], float *const to[RTI_SIMD])
 {
@@ -44,7 +44,7 @@ RTI_VEC void stream_records(const vec in[8], float *const to[RTI_SIMD])
     }
 }
 #else
-#define stream_records rti_f16_spread
+#define stream_records V(spread)
 #endif
 
 /* RTI_SIMD rays prepared for the part. t: of their best hits; kind, key: as of a packet. */

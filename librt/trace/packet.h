@@ -9,7 +9,9 @@
 #if RTI_SIMD >= 16
 #define V(op)      rti_f16_##op
 #define VM(op)     rti_m16_##op
+#define VI(op)     rti_i16_##op
 #define vec        rti_f16
+#define vec_rows   rti_i16
 #define vmask      rti_m16
 #define tri_test   rti_tri16
 #define tri_inside rti_tri_inside16
@@ -18,7 +20,9 @@
 #elif RTI_SIMD >= 8
 #define V(op)      rti_f8_##op
 #define VM(op)     rti_m8_##op
+#define VI(op)     rti_i8_##op
 #define vec        rti_f8
+#define vec_rows   rti_i8
 #define vmask      rti_m8
 #define tri_test   rti_tri8
 #define tri_inside rti_tri_inside8

@@ -36,27 +36,86 @@ static void put_many(uint32_t bits, uint32_t from, simd_packed *out)
 }
 #endif
 
+#ifdef RTI_PACK8
+/* What levels of eight and of sixteen lanes both have. */
+static void eight(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,
+                  simd_packed *out)
+{
+    const rti_f8 all8 = rti_f8_load(a);
+    const uint32_t low_at[4] = {at[0] % 8u, at[1] % 8u, at[2] % 8u, at[3] % 8u};
+    const uint32_t lanes[8] = {low_at[0], low_at[1], low_at[2], low_at[3], low_at[0], low_at[1], low_at[2], low_at[3]};
+    uint16_t count[16];
+    uint8_t bytes[16];
+    if ((bits & 255u) != 0u)
+        out->least = rti_f8_least(bits & 255u, all8);
+    rti_f8_sorted(out->sorted, out->lane, bits & 255u, all8);
+    rti_f8_pack(out->pack8, bits & 255u, all8);
+    rti_u8_pack(out->packed_u8, bits & 255u, numbers);
+    rti_u8_take(out->taken, numbers, lanes);
+    for (int i = 0; i < 16; i++) {
+        count[i] = (uint16_t)i;
+        bytes[i] = (uint8_t)numbers[i % 8];
+    }
+    out->dealt_count = rti_u16_deal(out->dealt, count, rti_b16_load(bytes), from % 8u, from + 4u);
+    out->chosen_count = rti_u16_put(out->chosen, count, bits & 0xffffu);
+    rti_u16_last(out->last, count, 1u + (bits & 15u) % RTI_SIMD);
+}
+
+/* And what they have in vectors of theirs. */
+static void records(const float a[16], simd_packed *out)
+{
+    const vec x = V(load)(a);
+    float all[16][8], *to[16], turn[16], fours[RTI_SIMD][4];
+    uint16_t reverse[16];
+    vec fields[8];
+    for (uint32_t i = 0; i < RTI_SIMD; i++) {
+        reverse[i] = (uint16_t)(RTI_SIMD - 1u - i);
+        to[i] = out->spread[RTI_SIMD - 1u - i];
+        for (uint32_t k = 0; k < 8; k++)
+            all[i][k] = (float)(8u * i + k);
+    }
+    V(records)(all[0], reverse, fields);
+    for (int k = 0; k < 8; k++)
+        V(store)(out->records[k], fields[k]);
+    V(spread)(fields, to);
+    V(store)(out->column, V(column)(all[0], 8u, reverse));
+    V(fours)(x, -x, x * V(set)(2.0f), x * V(set)(3.0f), fours);
+    memcpy(out->fours, fours, sizeof fours);
+    for (uint32_t i = 0; i < 16; i++)
+        turn[i] = a[(i + 1) % 16];
+    V(store)(out->madd, V(madd)(x, V(set)(2.0f), V(load)(turn)));
+    V(store)(out->msub, V(msub)(x, V(set)(2.0f), V(load)(turn)));
+#if RTI_SIMD == 8
+    float row_of[8];
+    for (int i = 0; i < 8; i++)
+        row_of[i] = (float)(i % 3);
+    const vec_rows rows = VI(rows)(row_of, reverse), next = VI(next)(rows);
+    V(store)(out->corners[0], rti_f8_corner(a, rows));
+    V(store)(out->corners[1], rti_f8_corner(a, next));
+    V(store)(out->corners[2], rti_f8_corner(a, VI(next)(next)));
+    rti_f8_fields(a, a + 8, fields);
+    for (int k = 0; k < 8; k++)
+        V(store)(out->fields[k], fields[k]);
+#endif
+}
+#endif
+
 int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,
                             simd_packed *out)
 {
+#ifdef RTI_PACK8
+    eight(a, bits, numbers, at, from, out);
+    records(a, out);
+#endif
 #ifdef RTI_PACK
-    const rti_f8 eight = rti_f8_load(a);
     const rti_f16 sixteen = rti_f16_load(a);
-    if ((bits & 255u) != 0u)
-        out->least = rti_f8_least(bits & 255u, eight);
-    rti_f8_sorted(out->sorted, out->lane, bits & 255u, eight);
-    rti_f8_pack(out->pack8, bits & 255u, eight);
-    rti_u8_pack(out->packed_u8, bits & 255u, numbers);
     rti_f16_put(out->put, bits, sixteen);
     out->low = rti_f16_low(sixteen);
     rti_f16_store(out->row, rti_f16_row(a));
     rti_f16_store(out->each, rti_f16_each(a, at));
     const uint32_t low_at[4] = {at[0] % 8u, at[1] % 8u, at[2] % 8u, at[3] % 8u}, place[4] = {0u, 4u, 8u, 12u},
                    end[4] = {0u, 1u, 2u, 3u};
-    const uint32_t lanes[8] = {low_at[0], low_at[1], low_at[2], low_at[3], low_at[0], low_at[1], low_at[2], low_at[3]};
     float row_of[16];
-    uint16_t count[16];
-    uint8_t bytes[16];
     uint32_t one = 0u;
     rti_f16 fields[8];
     rti_f16_fields(a, low_at, fields);
@@ -66,8 +125,6 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
     rti_f16_store(out->nine, rti_f16_nine(a));
     for (int i = 0; i < 16; i++) {
         row_of[i] = (float)(at[i / 4] % 3u);
-        count[i] = (uint16_t)i;
-        bytes[i] = (uint8_t)numbers[i % 8];
         one |= (bits >> i & 1u) && !(one >> i / 4 * 4 & 15u) ? 1u << i : 0u;
     }
     const rti_i16 first = rti_i16_row(rti_f16_load(row_of)), second = rti_i16_next(first);
@@ -76,29 +133,15 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
     rti_f16_store(out->rows[2], rti_f16_take(sixteen, rti_i16_next(second)));
     rti_f16_store(out->least4, rti_f16_least4(sixteen));
     rti_f16_keep4(out->kept[0], out->ends, place, end, one, sixteen, sixteen, sixteen, -sixteen, 1000u);
-    rti_u8_take(out->taken, numbers, lanes);
-    out->dealt_count = rti_u16_deal(out->dealt, count, rti_b16_load(bytes), from % 8u, from + 4u);
-    float all[16][8], *to[16];
     uint16_t reverse[16];
     for (int i = 0; i < 16; i++) {
         reverse[i] = (uint16_t)(15 - i);
-        to[i] = out->spread[15 - i];
-        for (int k = 0; k < 8; k++)
-            all[i][k] = (float)(8 * i + k);
-    }
-    for (int i = 0; i < 16; i++)
         row_of[i] = (float)(i % 3);
+    }
     const rti_i16 rows = rti_i16_rows(row_of, reverse);
     rti_f16_store(out->firsts[0], rti_f16_take(sixteen, rows));
     rti_f16_store(out->firsts[1], rti_f16_take(sixteen, rti_i16_next(rows)));
-    rti_f16_records(all[0], reverse, fields);
-    for (int k = 0; k < 8; k++)
-        rti_f16_store(out->records[k], fields[k]);
-    rti_f16_spread(fields, to);
-    out->chosen_count = rti_u16_put(out->chosen, count, bits & 0xffffu);
     put_many(bits, from, out);
-    rti_f16_store(out->column, rti_f16_column(all[0], 8u, reverse));
-    rti_f16_fours(sixteen, -sixteen, sixteen * rti_f16_set(2.0f), sixteen * rti_f16_set(3.0f), out->fours);
     rti_f16 turned[16];
     float turn[16];
     for (int k = 0; k < 16; k++) {
@@ -108,7 +151,6 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
     }
     rti_f16_store(out->lows, rti_f16_lows(turned));
     rti_f8_store(out->lows8, rti_f16_lows8(turned));
-    rti_u16_last(out->last, count, 1u + (bits & 15u));
     out->counted_count = rti_u16_count(out->counted, from, bits & 0xffffu);
     uint32_t lanes_of[16];
     for (int i = 0; i < 16; i++)
@@ -117,11 +159,9 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
     rti_f16_store(out->mixed, rti_f16_mix(-sixteen, bits, sixteen, scattered));
     out->same = rti_i16_same(scattered, 16u, from + 2u);
     out->first = rti_first(bits & 0xffffu, from);
-    for (int i = 0; i < 16; i++)
-        turn[i] = a[(i + 1) % 16];
-    rti_f16_store(out->madd, rti_f16_madd(sixteen, rti_f16_set(2.0f), rti_f16_load(turn)));
-    rti_f16_store(out->msub, rti_f16_msub(sixteen, rti_f16_set(2.0f), rti_f16_load(turn)));
-    return 1;
+    return 16;
+#elif defined RTI_PACK8
+    return 8;
 #else
     (void)a;
     (void)bits;

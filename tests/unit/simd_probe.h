@@ -12,22 +12,24 @@ typedef struct simd_packed {
     float put[16];                  /* rti_f16_put, of bits */
     float low;                      /* rti_f16_low */
     float row[16], each[16];        /* rti_f16_row; rti_f16_each */
-    float fields[8][16];            /* rti_f16_fields of a[at] on */
+    float fields[8][16];            /* rti_f16_fields of a[at] on; rti_f8_fields of a and a + 8 */
     float twelve[16], nine[16];     /* rti_f16_twelve, rti_f16_nine */
-    float firsts[2][16];            /* rti_f16_take of rti_i16_rows of 0, 1, 2, 0 ... from the last on, and of the rti_i16_next */
-    float rows[3][16];              /* rti_f16_take of rti_i16_row of `at` modulo 3, and of the rti_i16_next of that, twice */
-    float least4[16];               /* rti_f16_least4 */
-    float kept[4][4], ends[4];      /* rti_f16_keep4 of what bits leave of one a four, a three times, -a */
-    uint32_t taken[8];              /* rti_u8_take of numbers, lanes at[0] to at[3] modulo 8, twice */
-    uint16_t dealt[16];             /* rti_u16_deal of the numbers 0 to 15 by bytes of a's bits, by bit `from` modulo 8 */
+    float corners[3]
+                 [8]; /* rti_f8_corner of a and rti_i8_rows of 0, 1, 2, 0 ... from the last on, and of the rti_i8_next, twice */
+    float firsts[2][16];       /* rti_f16_take of rti_i16_rows of 0, 1, 2, 0 ... from the last on, and of the rti_i16_next */
+    float rows[3][16];         /* rti_f16_take of rti_i16_row of `at` modulo 3, and of the rti_i16_next of that, twice */
+    float least4[16];          /* rti_f16_least4 */
+    float kept[4][4], ends[4]; /* rti_f16_keep4 of what bits leave of one a four, a three times, -a */
+    uint32_t taken[8];         /* rti_u8_take of numbers, lanes at[0] to at[3] modulo 8, twice */
+    uint16_t dealt[16];        /* rti_u16_deal of the numbers 0 to 15 by bytes of a's bits, by bit `from` modulo 8 */
     uint32_t dealt_count;
-    float records[8][16],
-        spread[16][8]; /* rti_f16_records of sixteen records of eight numbers, 0 to 127, the last first; rti_f16_spread of that */
-    uint16_t chosen[16]; /* rti_u16_put of the numbers 0 to 15 by bits */
+    float records[8][16], spread[16][8]; /* rti_fN_records of N records of eight numbers, 0 to 8 N - 1, the last first;
+                                            rti_fN_spread of that */
+    uint16_t chosen[16];                 /* rti_u16_put of the numbers 0 to 15 by bits */
     uint32_t chosen_count;
     float lows[16];       /* rti_f16_lows of a turned by 0 to 15 lanes, lane i of the k-th plus i k: no two alike */
     float lows8[8];       /* rti_f16_lows8 of the first eight of those */
-    uint16_t last[16];    /* rti_u16_last of one more than bits modulo 16 of the numbers 0 to 15 */
+    uint16_t last[16];    /* rti_u16_last of one more than bits modulo N of the numbers 0 to 15 */
     uint16_t counted[16]; /* rti_u16_count from `from` on by bits */
     uint32_t counted_count;
     uint32_t wide;         /* bits, and others of them above */
@@ -36,15 +38,16 @@ typedef struct simd_packed {
     uint16_t some[32],
         some_bits[32]; /* rti_u16_some of 100 to 131, where beside the i-th is 7 i if wide has bit i, else 0; 3 from */
     uint32_t some_count;
-    float column[16];         /* rti_f16_column of records of eight numbers, 0 to 127, the last first */
-    float fours[16][4];       /* rti_f16_fours of a, -a, 2 a and of 3 a */
+    float column[16];         /* rti_fN_column of those records, the last first */
+    float fours[16][4];       /* rti_fN_fours of a, -a, 2 a and of 3 a */
     float mixed[16];          /* rti_f16_mix of -a and of a's lanes 16 from + 5 i + at[0] by bits */
     uint32_t same, first;     /* rti_i16_same of those lanes, 16 and from + 2; rti_first of bits, `from` of them */
-    float madd[16], msub[16]; /* rti_f16_madd and _msub of a, 2 and a turned by one lane */
+    float madd[16], msub[16]; /* rti_fN_madd and _msub of a, 2 and a turned by one lane */
 } simd_packed;
 
 /* min, max: of a and b, lane by lane, in the widest vectors; lt, le, eq: likewise, a bit a lane. Returns how many lanes. packed:
- * of a, bits (of eight lanes the lower eight), numbers, at and from; 0: this level has no such functions. */
+ * of a, bits (of eight lanes the lower eight), numbers, at and from. Returns 16, or 8 where the level has those of eight lanes
+ * alone (RTI_PACK8): what is of lists and in vectors of N lanes; or 0. */
 #define PROBE(name, level)                                                                                                       \
     uint32_t simd_compare_##name(const float a[16], const float b[16], float min[16], float max[16], uint32_t bits[3]);          \
     void simd_rows4_##name(const float *const from[16], float to[4][16]);                                                        \

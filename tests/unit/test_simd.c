@@ -150,16 +150,11 @@ static void check_bounds(const float a[16], uint32_t bits, uint32_t from, const 
 {
     uint32_t n = 0;
     for (uint32_t k = 0; k < 16; k++) {
-        const float next = a[(k + 1) % 16]; /* doubled exactly: once rounded or twice is the same */
         float low = a[k];
         for (uint32_t i = 0; i < 16; i++)
             low = fminf(low, a[(i + k) % 16] + (float)(i * k));
         assert_true(p->lows[k] == low);
         assert_true(k >= 8 || p->lows8[k] == low);
-        assert_int_equal(p->last[k], k < bits % 16u ? k : bits % 16u);
-        assert_true(same(p->madd[k], 2.0f * a[k] + next) && same(p->msub[k], 2.0f * a[k] - next));
-        for (uint32_t i = 0u; i < 4u; i++)
-            assert_true(same(p->fours[k][i], (const float[4]){a[k], -a[k], 2.0f * a[k], 3.0f * a[k]}[i]));
         if (bits >> k & 1u)
             assert_int_equal(p->counted[n++], from + k);
     }
@@ -176,16 +171,15 @@ static void check_lists(uint32_t bits, const uint32_t numbers[8], const uint32_t
             assert_int_equal(p->dealt[n++], i);
     assert_int_equal(p->dealt_count, n);
     n = 0;
-    for (uint32_t i = 0; i < 16; i++) {
-        for (uint32_t k = 0; k < 8; k++) {
-            assert_true(p->records[k][i] == (float)(8 * (15 - i) + k));
-            assert_true(p->spread[i][k] == (float)(8 * i + k));
-        }
+    for (uint32_t i = 0; i < 16; i++)
         if (bits >> i & 1)
             assert_int_equal(p->chosen[n++], i);
-    }
     assert_int_equal(p->chosen_count, n);
-    n = 0u;
+}
+
+static void check_many(uint32_t from, const simd_packed *p)
+{
+    uint32_t n = 0u;
     for (uint32_t i = 0u; i < 32u; i++)
         if (p->wide >> i & 1u)
             assert_int_equal(p->chosen32[n++], i);
@@ -197,8 +191,28 @@ static void check_lists(uint32_t bits, const uint32_t numbers[8], const uint32_t
             assert_int_equal(p->some_bits[n++], 7u * i);
         }
     assert_int_equal(p->some_count, n);
-    for (uint32_t i = 0u; i < 16u; i++)
-        assert_true(p->column[i] == (float)(8u * (15u - i)));
+}
+
+/* What is in vectors of as many lanes as the level has. */
+static void check_records(const float a[16], uint32_t bits, uint32_t lanes, const simd_packed *p)
+{
+    for (uint32_t i = 0u; i < lanes; i++) {
+        const float next = a[(i + 1u) % 16u]; /* doubled exactly: once rounded or twice is the same */
+        const uint32_t last = lanes - 1u - i;
+        for (uint32_t k = 0u; k < 8u; k++) {
+            assert_true(p->records[k][i] == (float)(8u * last + k));
+            assert_true(p->spread[i][k] == (float)(8u * i + k));
+        }
+        assert_true(p->column[i] == (float)(8u * last));
+        assert_int_equal(p->last[i], rtk_umin(i, bits % lanes));
+        assert_true(same(p->madd[i], 2.0f * a[i] + next) && same(p->msub[i], 2.0f * a[i] - next));
+        for (uint32_t k = 0u; k < 4u; k++)
+            assert_true(same(p->fours[i][k], (const float[4]){a[i], -a[i], 2.0f * a[i], 3.0f * a[i]}[k]));
+        for (uint32_t k = 0u; k < 3u && lanes == 8u; k++)
+            assert_true(same(p->corners[k][i], a[(last + k) % 3u]));
+        for (uint32_t k = 0u; k < 8u && lanes == 8u; k++)
+            assert_true(same(p->fields[k][i], a[i / 4u * 8u + k]));
+    }
 }
 
 static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,
@@ -216,13 +230,18 @@ static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t
             numbers[i % 8] = (uint32_t)(rng_unit(&g) * 1e6f);
             at[i % 4] = (uint32_t)(rng_unit(&g) * 16.0f) & 15u;
         }
-        if (!probe(a, bits, numbers, at, from, &p))
+        const int lanes = probe(a, bits, numbers, at, from, &p);
+        if (lanes == 0)
             return;
         check_eight(a, bits, numbers, &p);
+        check_lists(bits, numbers, at, from, &p);
+        check_records(a, bits, (uint32_t)lanes, &p);
+        if (lanes < 16)
+            continue;
         check_sixteen(a, bits, at, &p);
         check_fours(a, bits, at, &p);
         check_lanes(a, bits, at[0], from, &p);
-        check_lists(bits, numbers, at, from, &p);
+        check_many(from, &p);
         check_bounds(a, bits, from, &p);
     }
 }

@@ -39,19 +39,194 @@ RTI_VEC rti_f8 rti_f8_madd(rti_f8 a, rti_f8 b, rti_f8 c)
     return _mm256_fmadd_ps(a, b, c);
 }
 
+/* ---- lanes chosen by bits ---- */
+
+#define RTI_PACK8 1
+
+/* Of each byte the numbers of the bits that are set, the lowest first, a byte each. */
+#define NEXT(v, m, i) ((v) * (1u + 255u * ((m) >> (i)&1u)) + (i) * ((m) >> (i)&1u))
+#define CHOSEN(m)                                                                                                                \
+    NEXT(NEXT(NEXT(NEXT(NEXT(NEXT(NEXT(NEXT(UINT64_C(0), m, 7u), m, 6u), m, 5u), m, 4u), m, 3u), m, 2u), m, 1u), m, 0u)
+#define CHOSEN4(m)  CHOSEN(m), CHOSEN(m + 1u), CHOSEN(m + 2u), CHOSEN(m + 3u)
+#define CHOSEN16(m) CHOSEN4(m), CHOSEN4(m + 4u), CHOSEN4(m + 8u), CHOSEN4(m + 12u)
+#define CHOSEN64(m) CHOSEN16(m), CHOSEN16(m + 16u), CHOSEN16(m + 32u), CHOSEN16(m + 48u)
+static const uint64_t rti_chosen[256] = {CHOSEN64(0u), CHOSEN64(64u), CHOSEN64(128u), CHOSEN64(192u)};
+#undef CHOSEN64
+#undef CHOSEN16
+#undef CHOSEN4
+#undef CHOSEN
+#undef NEXT
+
+RTI_VEC __m256i rti_u8_chosen(uint32_t bits)
+{
+    return _mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)(const void *)&rti_chosen[bits]));
+}
+RTI_VEC void rti_f8_pack(float *p, uint32_t bits, rti_f8 a)
+{
+    _mm256_storeu_ps(p, _mm256_permutevar8x32_ps(a, rti_u8_chosen(bits)));
+}
+RTI_VEC __m256i rti_u8_load(const uint32_t *p)
+{
+    return _mm256_loadu_si256((const __m256i *)(const void *)p);
+}
+RTI_VEC void rti_u8_pack(uint32_t *p, uint32_t bits, const uint32_t *a)
+{
+    _mm256_storeu_si256((__m256i *)(void *)p, _mm256_permutevar8x32_epi32(rti_u8_load(a), rti_u8_chosen(bits)));
+}
+RTI_VEC void rti_u8_take(uint32_t *to, const uint32_t *from, const uint32_t *lane)
+{
+    _mm256_storeu_si256((__m256i *)(void *)to, _mm256_permutevar8x32_epi32(rti_u8_load(from), rti_u8_load(lane)));
+}
+RTI_VEC uint32_t rti_f8_least(uint32_t bits, rti_f8 a)
+{
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    __m256i key = _mm256_or_si256(_mm256_and_si256(_mm256_castps_si256(a), _mm256_set1_epi32(~7)), lane);
+    key = _mm256_or_si256(key, _mm256_castps_si256(rti_m8_of(~bits)));
+    __m128i k = _mm_min_epu32(_mm256_castsi256_si128(key), _mm256_extracti128_si256(key, 1));
+    k = _mm_min_epu32(k, _mm_shuffle_epi32(k, 0x4e));
+    k = _mm_min_epu32(k, _mm_shuffle_epi32(k, 0xb1));
+    return (uint32_t)_mm_cvtsi128_si32(k) & 7u;
+}
+/* Keys of the distances' bits and the lanes through Batcher's network: six layers. */
+RTI_VEC void rti_f8_sorted(float *t, uint32_t *lane, uint32_t bits, rti_f8 a)
+{
+    const __m256i number = _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0);
+    __m256i key = _mm256_castps_si256(_mm256_max_ps(a, _mm256_setzero_ps())), other;
+    key = _mm256_or_si256(_mm256_and_si256(key, _mm256_set1_epi32(~7)), number);
+    key = _mm256_blendv_epi8(_mm256_or_si256(number, _mm256_set1_epi32((int)0x80000000u)), key,
+                             _mm256_castps_si256(rti_m8_of(bits)));
+#define LAYER(partner, less)                                                                                                     \
+    other = partner;                                                                                                             \
+    key = _mm256_blend_epi32(_mm256_max_epi32(key, other), _mm256_min_epi32(key, other), less)
+    LAYER(_mm256_shuffle_epi32(key, 0xb1), 0xaa);
+    LAYER(_mm256_shuffle_epi32(key, 0x4e), 0xcc);
+    LAYER(_mm256_shuffle_epi32(key, 0xd8), 0x44);
+    LAYER(_mm256_permute4x64_epi64(key, 0x4e), 0xf0);
+    LAYER(_mm256_permute4x64_epi64(key, 0xd8), 0x30);
+    LAYER(_mm256_permutevar8x32_epi32(key, _mm256_setr_epi32(0, 2, 1, 4, 3, 6, 5, 7)), 0x54);
+#undef LAYER
+    key = _mm256_andnot_si256(key, _mm256_set1_epi32(7));
+    _mm256_storeu_ps(t, _mm256_permutevar8x32_ps(a, key));
+    _mm256_storeu_si256((__m256i *)(void *)lane, key);
+}
+
+/* ---- lists of sixteen-bit numbers ---- */
+
+typedef __m128i rti_b16;
+RTI_VEC rti_b16 rti_b16_load(const uint8_t *p)
+{
+    return _mm_loadu_si128((const __m128i *)(const void *)p);
+}
+/* Eight of them, those chosen to the front. */
+RTI_VEC __m128i rti_u16_chosen(__m128i a, uint32_t bits)
+{
+    const __m128i n = _mm_loadl_epi64((const __m128i *)(const void *)&rti_chosen[bits]), twice = _mm_add_epi8(n, n);
+    return _mm_shuffle_epi8(a, _mm_add_epi8(_mm_unpacklo_epi8(twice, twice), _mm_set1_epi16(0x0100)));
+}
+RTI_VEC uint32_t rti_u16_put(uint16_t *to, const uint16_t *from, uint32_t bits)
+{
+    const __m128i low = _mm_loadu_si128((const __m128i *)(const void *)from);
+    const __m128i high = _mm_loadu_si128((const __m128i *)(const void *)(from + 8));
+    const uint32_t n = (uint32_t)__builtin_popcount(bits & 255u);
+    _mm_storeu_si128((__m128i *)(void *)to, rti_u16_chosen(low, bits & 255u));
+    _mm_storeu_si128((__m128i *)(void *)(to + n), rti_u16_chosen(high, bits >> 8));
+    return (uint32_t)__builtin_popcount(bits);
+}
+RTI_VEC uint32_t rti_u16_deal(uint16_t *to, const uint16_t *from, rti_b16 bytes, uint32_t bit, uint32_t n)
+{
+    const uint32_t some = (uint32_t)_mm_movemask_epi8(_mm_sll_epi16(bytes, _mm_cvtsi32_si128((int)(7u - bit))));
+    return rti_u16_put(to, from, n < 16u ? some & ((1u << n) - 1u) : some);
+}
+
+RTI_VEC void rti_u16_last(uint16_t to[8], const uint16_t *from, uint32_t n)
+{
+    const __m128i all = _mm_loadu_si128((const __m128i *)(const void *)from), last = _mm_set1_epi16((short)from[n - 1u]);
+    const __m128i lane = _mm_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7);
+    _mm_storeu_si128((__m128i *)(void *)to, _mm_blendv_epi8(last, all, _mm_cmpgt_epi16(_mm_set1_epi16((short)n), lane)));
+}
+
+/* ---- rays in records ---- */
+
 #define PAIR(a, b, how) _mm256_castpd_ps(_mm256_##how##_pd(_mm256_castps_pd(a), _mm256_castps_pd(b)))
+/* Of each half of a[0] to a[3] the lanes i to b[i]. */
+RTI_VEC void rti_f8_turn(const __m256 a[4], __m256 b[4])
+{
+    const __m256 ab0 = _mm256_unpacklo_ps(a[0], a[1]), ab1 = _mm256_unpackhi_ps(a[0], a[1]);
+    const __m256 cd0 = _mm256_unpacklo_ps(a[2], a[3]), cd1 = _mm256_unpackhi_ps(a[2], a[3]);
+    b[0] = PAIR(ab0, cd0, unpacklo);
+    b[1] = PAIR(ab0, cd0, unpackhi);
+    b[2] = PAIR(ab1, cd1, unpacklo);
+    b[3] = PAIR(ab1, cd1, unpackhi);
+}
+#undef PAIR
+RTI_VEC void rti_f8_records(const float *p, const uint16_t at[8], rti_f8 out[8])
+{
+    for (uint32_t h = 0; h < 8; h += 4) {
+        __m256 a[4];
+        for (uint32_t i = 0; i < 4; i++)
+            a[i] = rti_f8_two(p + 8u * at[i] + h, p + 8u * at[4 + i] + h);
+        rti_f8_turn(a, out + h);
+    }
+}
+RTI_VEC void rti_f8_fours(rti_f8 a, rti_f8 b, rti_f8 c, rti_f8 d, float to[8][4])
+{
+    const __m256 in[4] = {a, b, c, d};
+    __m256 out[4];
+    rti_f8_turn(in, out);
+    for (uint32_t i = 0; i < 4; i++) {
+        _mm_storeu_ps(to[i], _mm256_castps256_ps128(out[i]));
+        _mm_storeu_ps(to[4 + i], _mm256_extractf128_ps(out[i], 1));
+    }
+}
+RTI_VEC void rti_f8_spread(const rti_f8 a[8], float *const to[8])
+{
+    __m256 low[4], high[4];
+    rti_f8_turn(a, low);
+    rti_f8_turn(a + 4, high);
+    for (uint32_t i = 0; i < 4; i++)
+        _mm256_storeu_ps(to[i], _mm256_insertf128_ps(low[i], _mm256_castps256_ps128(high[i]), 1));
+    for (uint32_t i = 0; i < 4; i++)
+        _mm256_storeu_ps(to[4 + i], _mm256_permute2f128_ps(low[i], high[i], 0x31));
+}
+RTI_VEC void rti_f8_fields(const float *p, const float *q, rti_f8 out[8])
+{
+    const __m256 a = rti_f8_two(p, q), b = rti_f8_two(p + 4, q + 4);
+    out[0] = _mm256_permute_ps(a, 0x00);
+    out[1] = _mm256_permute_ps(a, 0x55);
+    out[2] = _mm256_permute_ps(a, 0xaa);
+    out[3] = _mm256_permute_ps(a, 0xff);
+    out[4] = _mm256_permute_ps(b, 0x00);
+    out[5] = _mm256_permute_ps(b, 0x55);
+    out[6] = _mm256_permute_ps(b, 0xaa);
+    out[7] = _mm256_permute_ps(b, 0xff);
+}
+RTI_VEC rti_f8 rti_f8_column(const float *p, uint32_t stride, const uint16_t at[8])
+{
+    return _mm256_setr_ps(p[stride * at[0]], p[stride * at[1]], p[stride * at[2]], p[stride * at[3]], p[stride * at[4]],
+                          p[stride * at[5]], p[stride * at[6]], p[stride * at[7]]);
+}
+typedef __m256i rti_i8;
+RTI_VEC rti_i8 rti_i8_rows(const float *p, const uint16_t at[8])
+{
+    return _mm256_cvttps_epi32(rti_f8_column(p, 1u, at));
+}
+RTI_VEC rti_i8 rti_i8_next(rti_i8 a)
+{
+    const __m256i next = _mm256_add_epi32(a, _mm256_set1_epi32(1));
+    return _mm256_and_si256(next, _mm256_cmpgt_epi32(_mm256_set1_epi32(3), next));
+}
+RTI_VEC rti_f8 rti_f8_corner(const float p[4], rti_i8 rows)
+{
+    return _mm256_permutevar_ps(_mm256_broadcast_ps((const __m128 *)(const void *)p), rows);
+}
 RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
 {
     for (uint32_t h = 0; h < 16; h += 8) {
-        __m256 a[4];
+        __m256 a[4], b[4];
         for (uint32_t i = 0; i < 4; i++)
-            a[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(from[h + i])), _mm_loadu_ps(from[h + 4 + i]), 1);
-        const __m256 ab0 = _mm256_unpacklo_ps(a[0], a[1]), ab1 = _mm256_unpackhi_ps(a[0], a[1]);
-        const __m256 cd0 = _mm256_unpacklo_ps(a[2], a[3]), cd1 = _mm256_unpackhi_ps(a[2], a[3]);
-        _mm256_storeu_ps(to[0] + h, PAIR(ab0, cd0, unpacklo));
-        _mm256_storeu_ps(to[1] + h, PAIR(ab0, cd0, unpackhi));
-        _mm256_storeu_ps(to[2] + h, PAIR(ab1, cd1, unpacklo));
-        _mm256_storeu_ps(to[3] + h, PAIR(ab1, cd1, unpackhi));
+            a[i] = rti_f8_two(from[h + i], from[h + 4 + i]);
+        rti_f8_turn(a, b);
+        for (uint32_t i = 0; i < 4; i++)
+            _mm256_storeu_ps(to[i] + h, b[i]);
     }
 }
-#undef PAIR

@@ -34,7 +34,8 @@
 #undef COMPARE
 #undef SELECT
 
-#define RTI_PACK 1
+#define RTI_PACK  1
+#define RTI_PACK8 1
 RTI_VEC void rti_f8_pack(float *p, uint32_t bits, rti_f8 a)
 {
     _mm256_storeu_ps(p, _mm256_maskz_compress_ps((__mmask8)bits, a));
