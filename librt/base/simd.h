@@ -34,13 +34,16 @@
  *   rti_iN_next(rows)         the rows behind those, the first behind the last
  *   rti_u16_put(p, a, bits)   of a[0] to a[15] those chosen by bits, side by side; returns how many. All sixteen places behind p are
  *                             written, those behind a read
+ *   rti_fN_row(p)             p[0] to p[3], again and again
+ *   rti_fN_each(p, at)        p[at[0]] four times, p[at[1]] four times and so on
+ *   rti_fN_fields(p, at, a)   a[k] is p[at[0] + k] four times, p[at[1] + k] four times and so on, for k below 8
+ *   rti_u16_count(p, n, bits) as rti_u16_put, of n, n + 1 to n + 15
  *   rti_u16_deal(p, a, bytes, i, n)
  *                             of a[0] to a[n - 1], at most 16, those whose byte has bit i, as rti_u16_put; rti_b16_load(p) loads
  *                             sixteen bytes
  *   rti_u16_last(p, a, n)     a[0] to a[n - 1], 1 to N of them, to p[0] on, and the last again up to p[N - 1]; reads as rti_u16_put
  * where N is 8:
  *   rti_f8_corner(p, rows)    p[rows[i]] in lane i; p[3] is read
- *   rti_f8_fields(p, q, a)    a[k] is p[k] four times and q[k] four times, for k below 8
  * and where RTI_PACK is (AVX-512; N is 16):
  *   rti_f16_put(p, bits, a)   the chosen lanes of a side by side from p on, and nothing behind them
  *   rti_first(bits, n)        the lowest n of the bits, n less than 32
@@ -49,9 +52,6 @@
  *   rti_i16_same(a, n, b)     the lanes of a that are b n and less than b n + n, as bits
  *   rti_f16_low(a)            the least lane of a, none of which is NaN
  *   rti_f16_lows(a)           of each of a[0] to a[15] the least lane; rti_f16_lows8(a), an rti_f8, of a[0] to a[7]
- *   rti_f16_row(p)            p[0] to p[3], four times
- *   rti_f16_each(p, at)       p[at[0]] four times, p[at[1]] four times, to p[at[3]]
- *   rti_f16_fields(p, at, a)  a[k] is p[at[0] + k] four times, p[at[1] + k] four times, to p[at[3] + k], for k below 8
  *   rti_f16_twelve(p)         p[0] to p[11]; rti_f16_nine(p) p[0] to p[8]
  *   rti_f16_take(a, lanes)    those lanes of a, for
  *   rti_i16_row(a)            of each number in a, 0, 1 or 2, that row of three rows of four lanes, for
@@ -64,7 +64,6 @@
  *   rti_u16_some(p, q, a, b, n)
  *                             of a[0] to a[n - 1], at most 32, those side by side beside which b[] is not 0, and to q those of b[].
  *                             Reads and writes as that; returns how many
- *   rti_u16_count(p, n, bits) as rti_u16_put, of n, n + 1 to n + 15
  */
 #ifndef RTI_SIMD_H
 #define RTI_SIMD_H

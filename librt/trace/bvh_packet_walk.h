@@ -62,8 +62,8 @@ RTI_VEC rtk_u32 packet_others(const packet *p, const rtk_part *part, rtk_u32 at,
     return others;
 }
 
-/* Of the lanes that tri_test doubts, those that hit become hits, with what the leaf test gives; returns those that are to be asked
- * one by one. dx, dy: the rays' directions in their order of axes; c: the triangle's corners in it. */
+/* Of the lanes that tri_test doubts, those that hit become hits, with what the leaf test gives; returns those that are to be
+ * asked one by one. dx, dy: the rays' directions in their order of axes; c: the triangle's corners in it. */
 RTI_VEC rtk_u32 packet_doubt(const tri_ray *r, rtk_u32 mode, vec best, const float *dx, const float *dy, const float c[3][3],
                              tri_hit *hit)
 {
@@ -214,7 +214,7 @@ RTI_VEC void packet_blocks(packet *p, rtk_u32 mode, const rtk_part *part, uint64
     }
 }
 
-#ifdef RTI_PACK
+#ifdef RTI_PACK8
 /* The triangle at a place is hit by a lane's ray. */
 RTI_VEC void packet_hit(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 l, rtk_u32 place, float t, float u, float v)
 {
@@ -230,17 +230,20 @@ RTI_VEC void packet_hit(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 l
     }
 }
 
-/* What four rays by four triangles cost, in halves of a triangle for RTI_SIMD rays: closest hits are taken one by one. */
-#define PACKET_PRICE(mode) ((mode) & RTK_MODE_ANY ? 2 : 3)
+#define FOUR_RAYS  (RTI_SIMD / 4u)       /* that meet four triangles at a time */
+#define FOUR_FIRST (0x1111u & LANES_ALL) /* the first lane of each four */
 
-/* Of four rays by four triangles those pairs in doubt that are left: what is a hit is added to *hit; returns those that must be
- * asked. best[best_at[i]]: where the best hit of ray i is; dx[at[i]], dy[at[i]]: its direction in the order of axes. */
+/* What FOUR_RAYS rays by four triangles cost, in halves of a triangle for RTI_SIMD rays: closest hits are taken one by one. */
+#define PACKET_PRICE(mode) ((mode)&RTK_MODE_ANY ? 2 : 3)
+
+/* Of FOUR_RAYS rays by four triangles those pairs in doubt that are left: what is a hit is added to *hit; returns those that must
+ * be asked. best[best_at[i]]: where the best hit of ray i is; dx[at[i]], dy[at[i]]: its direction in the order of axes. */
 __attribute__((noinline)) static rtk_u32 packet_fours_doubt(rtk_u32 mode, const tri_ray *r, const float *best,
-                                                            const rtk_u32 best_at[4], const float *dx, const float *dy,
-                                                            const rtk_u32 at[4], const vec v0[3], const vec v1[3],
+                                                            const rtk_u32 best_at[FOUR_RAYS], const float *dx, const float *dy,
+                                                            const rtk_u32 at[FOUR_RAYS], const vec v0[3], const vec v1[3],
                                                             const vec v2[3], rtk_u32 left, tri_hit *hit)
 {
-    const vec end = mode & RTK_MODE_ANY ? r->tmax : rti_f16_each(best, best_at);
+    const vec end = mode & RTK_MODE_ANY ? r->tmax : V(each)(best, best_at);
     rtk_u32 unsure = left & ~hit->certain, sure;
     if (unsure != 0u) {
         unsure = packet_settle_many(r, &end, v0, v1, v2, unsure, &sure);
@@ -252,19 +255,19 @@ __attribute__((noinline)) static rtk_u32 packet_fours_doubt(rtk_u32 mode, const 
     }
     if (left == 0u)
         return 0u;
-    const vec x = rti_f16_each(dx, at), y = rti_f16_each(dy, at);
+    const vec x = V(each)(dx, at), y = V(each)(dy, at);
     return tri_exact(r, &x, &y, v0, v1, v2, left, hit);
 }
 
-/* Four triangles side by side for four rays: lane 4 r + t is ray r and triangle t, `lanes` those that count. Returns the hits, with
- * what the leaf test gives, as bits; *ask has those that must be asked. best to at: as packet_fours_doubt has them. */
+/* Four triangles side by side for FOUR_RAYS rays: lane 4 r + t is ray r and triangle t, `lanes` those that count. Returns the
+ * hits, with what the leaf test gives, as bits; *ask has those that must be asked. best to at: as packet_fours_doubt has them. */
 RTI_VEC rtk_u32 packet_four_by_four(rtk_u32 mode, const tri_ray *r, const rtk_bvhblock *b, const rtk_u32 axis[3], rtk_u32 lanes,
-                                    const float *best, const rtk_u32 best_at[4], const float *dx, const float *dy,
-                                    const rtk_u32 at[4], tri_hit *hit, rtk_u32 *ask)
+                                    const float *best, const rtk_u32 best_at[FOUR_RAYS], const float *dx, const float *dy,
+                                    const rtk_u32 at[FOUR_RAYS], tri_hit *hit, rtk_u32 *ask)
 {
-    const vec v0[3] = {rti_f16_row(b->v0[axis[0]]), rti_f16_row(b->v0[axis[1]]), rti_f16_row(b->v0[axis[2]])};
-    const vec v1[3] = {rti_f16_row(b->v1[axis[0]]), rti_f16_row(b->v1[axis[1]]), rti_f16_row(b->v1[axis[2]])};
-    const vec v2[3] = {rti_f16_row(b->v2[axis[0]]), rti_f16_row(b->v2[axis[1]]), rti_f16_row(b->v2[axis[2]])};
+    const vec v0[3] = {V(row)(b->v0[axis[0]]), V(row)(b->v0[axis[1]]), V(row)(b->v0[axis[2]])};
+    const vec v1[3] = {V(row)(b->v1[axis[0]]), V(row)(b->v1[axis[1]]), V(row)(b->v1[axis[2]])};
+    const vec v2[3] = {V(row)(b->v2[axis[0]]), V(row)(b->v2[axis[1]]), V(row)(b->v2[axis[2]])};
     *ask = 0u;
     if (tri_test(r, v0, v1, v2, lanes, hit) == 0u)
         return 0u;
@@ -273,7 +276,7 @@ RTI_VEC rtk_u32 packet_four_by_four(rtk_u32 mode, const tri_ray *r, const rtk_bv
             hit->hit |= hit->certain;
             hit->doubt &= ~hit->certain;
         } else {
-            hit->doubt &= ~(hit->certain & VM(bits)(V(lt)(rti_f16_each(best, best_at), hit->t - hit->off)));
+            hit->doubt &= ~(hit->certain & VM(bits)(V(lt)(V(each)(best, best_at), hit->t - hit->off)));
         }
         if (hit->doubt != 0u) { /* of copies: what has its address taken is in no register */
             const tri_ray four = *r;
@@ -286,28 +289,28 @@ RTI_VEC rtk_u32 packet_four_by_four(rtk_u32 mode, const tri_ray *r, const rtk_bv
     return hit->hit;
 }
 
-/* As packet_blocks, of a plain packet, four rays by four triangles at a time: lane 4 r + t is ray r and triangle t. */
+/* As packet_blocks, of a plain packet, FOUR_RAYS rays by four triangles at a time: lane 4 r + t is ray r and triangle t. */
 RTI_VEC void packet_fours(packet *p, rtk_u32 mode, const rtk_part *part, uint64_t rays, rtk_u32 from, uint64_t places)
 {
     const rtk_u32 x = p->kx, y = p->ky, z = p->kz, axis[3] = {x, y, z};
     while (rays != 0u) {
-        rtk_u32 lane[4], n = 0u;
-        for (; n < 4u && rays != 0u; rays &= rays - 1u)
+        rtk_u32 lane[FOUR_RAYS], n = 0u;
+        for (; n < FOUR_RAYS && rays != 0u; rays &= rays - 1u)
             lane[n++] = (rtk_u32)__builtin_ctzll(rays);
         rtk_u32 want = (1u << 4u * n) - 1u;
-        for (; n < 4u; n++)
+        for (; n < FOUR_RAYS; n++)
             lane[n] = lane[n - 1u];
-        const tri_ray r = {rti_f16_each(p->org[x], lane), rti_f16_each(p->org[y], lane), rti_f16_each(p->org[z], lane),
-                           rti_f16_each(p->sx, lane),     rti_f16_each(p->sy, lane),     rti_f16_each(p->dir[z], lane),
-                           rti_f16_each(p->tmin, lane),   rti_f16_each(p->tmax, lane),   V(set)(0.0f),
+        const tri_ray r = {V(each)(p->org[x], lane), V(each)(p->org[y], lane), V(each)(p->org[z], lane),
+                           V(each)(p->sx, lane),     V(each)(p->sy, lane),     V(each)(p->dir[z], lane),
+                           V(each)(p->tmin, lane),   V(each)(p->tmax, lane),   V(set)(0.0f),
                            V(set)(part->scale)};
         rtk_u32 at = from;
         for (uint64_t left = places; left != 0u; left >>= 4u, at += 4u) {
             tri_hit hit;
             float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD];
             rtk_u32 ask, bits = packet_four_by_four(mode, &r, &part->RTK_TREE.blocks[at / 4u], axis,
-                                                    want & 0x1111u * (rtk_u32)(left & 15u), p->t, lane, p->dir[x], p->dir[y], lane,
-                                                    &hit, &ask);
+                                                    want & FOUR_FIRST * (rtk_u32)(left & 15u), p->t, lane, p->dir[x], p->dir[y],
+                                                    lane, &hit, &ask);
             if ((bits | ask) == 0u)
                 continue;
             V(store)(t, hit.t);
@@ -323,7 +326,7 @@ RTI_VEC void packet_fours(packet *p, rtk_u32 mode, const rtk_part *part, uint64_
                 const rtk_u32 i = (rtk_u32)__builtin_ctz(ask);
                 packet_ask_late(p, mode, part, lane[i / 4u], part->RTK_TREE.refs[at + i % 4u]);
             }
-            for (rtk_u32 i = 0u; i < 4u && (mode & RTK_MODE_ANY); i++)
+            for (rtk_u32 i = 0u; i < FOUR_RAYS && (mode & RTK_MODE_ANY); i++)
                 want &= p->done >> lane[i] & 1u ? ~(15u << 4u * i) : LANES_ALL;
         }
     }
@@ -367,9 +370,9 @@ RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rt
         if (places == 0u)
             continue;
         rays = packet_enters(p, n, slot, at, &groups);
-#ifdef RTI_PACK
+#ifdef RTI_PACK8
         const uint64_t pairs = places | places >> 1, blocks = (pairs | pairs >> 2) & 0x1111111111111111u;
-        const int fours = (__builtin_popcountll(rays) + 3) / 4 * __builtin_popcountll(blocks);
+        const int fours = (__builtin_popcountll(rays) + (int)FOUR_RAYS - 1) / (int)FOUR_RAYS * __builtin_popcountll(blocks);
         if (p->plain && fours * PACKET_PRICE(mode) < (int)groups * __builtin_popcountll(places) * 2) {
             packet_fours(p, mode, part, rays, from, places);
             continue;
@@ -390,7 +393,7 @@ typedef struct packet_stack {
  * sponza's shadow rays that spares a third of the steps. Without a branch where vectors are packed: none could be foreseen. */
 RTI_VEC void packet_push(packet_stack *s, rtk_u32 node, rtk_u32 bits, const float t[RTK_BVH_WIDTH], rtk_u32 lane)
 {
-#ifdef RTI_PACK
+#ifdef RTI_PACK8
     const rtk_u32 top = s->top;
     rti_f8_sorted(s->t + top, s->slot + top, bits, rti_f8_load(t));
     rti_f8_store((float *)(void *)(s->node + top), rti_f8_set(rtk_float(node)));

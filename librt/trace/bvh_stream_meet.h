@@ -135,7 +135,8 @@ RTI_VEC void stream_leaf_twos(const streams *a, stream *s, rtk_u32 mode, const u
         const rtk_u32 z1 = (rtk_u32)s->kind[lane[1]], x1 = z1 == 2u ? 0u : z1 + 1u, y1 = x1 == 2u ? 0u : x1 + 1u;
         rtk_u32 want = i + 1u < n ? 0xffu : 0x0fu;
         vec o[8];
-        rti_f8_fields(&s->tri[lane[0]].ox, &s->tri[lane[1]].ox, o);
+        const rtk_u32 eight[2] = {8u * lane[0], 8u * lane[1]};
+        rti_f8_fields(&s->tri[0].ox, eight, o);
         const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], V(set)(0.0f), V(set)(a->part->scale)};
         for (rtk_u32 k = at / 4u; k < end && want != 0u; k++) {
             const rtk_bvhblock *b = &a->tree.blocks[k];

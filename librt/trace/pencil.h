@@ -50,7 +50,7 @@ typedef struct pencil_ways {
 typedef struct pencil {
     _Alignas(64) float slope[2][PENCIL][RTK_BLOCK]; /* along kx and ky */
     float to[PENCIL][RTK_BLOCK];                    /* the depth that a ray reaches to */
-#ifdef RTI_PACK
+#ifdef RTI_PACK8
     /* Rays side by side, of the blocks in `recorded`: origin, slopes and direction along kx, ky, kz, tmin, tmax. */
     _Alignas(64) float record[PENCIL][RTK_BLOCK][8];
 #endif

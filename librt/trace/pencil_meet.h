@@ -210,7 +210,7 @@ RTI_APART void pencil_triangle(pencil *p, rtk_u32 mode, const rtk_bvhblock *b, r
     }
 }
 
-#ifdef RTI_PACK
+#ifdef RTI_PACK8
 /* Triangle j of a block is hit by a bundle's ray. */
 RTI_VEC void pencil_hit(pencil *p, rtk_u32 bundle, rtk_u32 i, rtk_u32 ref, float t, float u, float v)
 {
@@ -234,12 +234,14 @@ RTI_APART void pencil_record(pencil *p, rtk_u32 g)
 {
     const rtk_trace_block *b = &p->rays[g];
     const float *const o[3] = {b->ox, b->oy, b->oz}, *const d[3] = {b->dx, b->dy, b->dz};
-    const vec a[8] = {V(load)(o[p->kx]),       V(load)(o[p->ky]), V(load)(o[p->kz]), V(load)(p->slope[0][g]),
-                      V(load)(p->slope[1][g]), V(load)(d[p->kz]), V(load)(b->tmin),  V(load)(b->tmax)};
-    float *to[RTK_BLOCK];
-    for (rtk_u32 i = 0u; i < RTK_BLOCK; i++)
-        to[i] = p->record[g][i];
-    rti_f16_spread(a, to);
+    for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD) {
+        const vec a[8] = {V(load)(o[p->kx] + k),       V(load)(o[p->ky] + k), V(load)(o[p->kz] + k), V(load)(p->slope[0][g] + k),
+                          V(load)(p->slope[1][g] + k), V(load)(d[p->kz] + k), V(load)(b->tmin + k),  V(load)(b->tmax + k)};
+        float *to[RTI_SIMD];
+        for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
+            to[i] = p->record[g][k + i];
+        V(spread)(a, to);
+    }
     p->recorded |= 1u << g;
 }
 
@@ -254,29 +256,29 @@ RTI_APART rtk_u32 pencil_list(pencil *p, rtk_u32 bundles, const uint16_t rays[BU
             pencil_record(p, g);
         n += rti_u16_count(list + n, i * PENCIL_RAYS + g * RTK_BLOCK, rays[i]);
     }
-    rti_u16_count(list + n, 0u, 0u); /* lists are read by fours */
+    rti_u16_count(list + n, 0u, 0u); /* lists are read by FOUR_RAYS */
     return n;
 }
 
-/* A block's triangles, a bit each, for listed rays, four by four. one: as the pencil's. */
+/* A block's triangles, a bit each, for listed rays, FOUR_RAYS by four. one: as the pencil's. */
 RTI_APART void pencil_fours(pencil *p, rtk_u32 mode, const rtk_bvhblock *b, const rtk_u32 *refs, rtk_u32 keep,
                             const uint16_t *list, rtk_u32 count, int one)
 {
     enum { RAYS = sizeof(rtk_trace_block) / sizeof(float), HITS = sizeof(rtk_hit_block) / sizeof(float) };
     const rtk_u32 axis[3] = {p->kx, p->ky, p->kz};
     const float *const d[3] = {p->rays->dx, p->rays->dy, p->rays->dz};
-    for (rtk_u32 first = 0u; first < count; first += 4u) {
-        rtk_u32 record[4], at[4], best[4], lanes = 0x1111u * keep, ask, bits;
-        if (count - first < 4u)
+    for (rtk_u32 first = 0u; first < count; first += FOUR_RAYS) {
+        rtk_u32 record[FOUR_RAYS], at[FOUR_RAYS], best[FOUR_RAYS], lanes = FOUR_FIRST * keep, ask, bits;
+        if (count - first < FOUR_RAYS)
             lanes &= (1u << 4u * (count - first)) - 1u;
-        for (rtk_u32 i = 0u; i < 4u; i++) {
+        for (rtk_u32 i = 0u; i < FOUR_RAYS; i++) {
             const rtk_u32 ray = list[first + i] % PENCIL_RAYS;
             record[i] = ray * 8u;
             at[i] = ray / RTK_BLOCK * RAYS + ray % RTK_BLOCK;
             best[i] = ray / RTK_BLOCK * HITS + ray % RTK_BLOCK;
         }
         vec f[8];
-        rti_f16_fields(p->record[0][0], record, f);
+        V(fields)(p->record[0][0], record, f);
         const tri_ray r = {one ? V(set)(p->apex[0]) : f[0],
                            one ? V(set)(p->apex[1]) : f[1],
                            one ? V(set)(p->apex[2]) : f[2],

@@ -6,13 +6,18 @@
 
 #define PENCIL_NODES   8u /* nodes a ray that a pencil may open before it has come apart */
 #define PENCIL_BUNDLED 4u /* bundles at a leaf up to which their rays are told from one another at once */
-#ifdef RTI_PACK
-#define PENCIL_LONE 24u /* rays at a leaf for which its triangles are not looked at before */
+#define PENCIL_PAIRS   2u /* pairs of a bundle and a triangle, for each bundle, above which rays are told from one another */
+/* PENCIL_LONE: rays at a leaf for which its triangles are not looked at before. PENCIL_PRICE: what FOUR_RAYS rays by four
+ * triangles cost, in pairs of a bundle and a triangle. */
+#if RTI_SIMD == 8 && defined RTI_PACK8
+#define PENCIL_LONE(mode)  ((mode)&RTK_MODE_ANY ? 40u : 24u)
+#define PENCIL_PRICE(mode) ((mode)&RTK_MODE_ANY ? 1u : 2u)
+#elif defined RTI_PACK8
+#define PENCIL_LONE(mode)  24u
+#define PENCIL_PRICE(mode) 2u
 #else
-#define PENCIL_LONE 8u
+#define PENCIL_LONE(mode) 8u
 #endif
-#define PENCIL_PAIRS 2u /* pairs of a bundle and a triangle, for each bundle, above which rays are told from one another */
-#define PENCIL_PRICE 2u /* what four rays by four triangles cost, in such pairs */
 
 /* The slots of a node that the rectangle around all rays meets, with a bound of the depth where. */
 RTI_APART rtk_u32 pencil_open(const pencil *p, const rtk_bvhnode *n, float t[RTK_BVH_WIDTH])
@@ -130,7 +135,7 @@ RTI_APART int pencil_any(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, rt
 typedef struct pencil_at {
     rtk_u32 bundles, known, count, listed;
     uint16_t rays[BUNDLES];
-#ifdef RTI_PACK
+#ifdef RTI_PACK8
     uint16_t list[PENCIL_RAYS + RTK_BLOCK];
 #endif
 } pencil_at;
@@ -167,7 +172,7 @@ RTI_APART void pencil_refs(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
 RTI_VEC void pencil_all(pencil *p, rtk_u32 mode, rtk_u32 at, rtk_u32 keep, pencil_at *a, int one)
 {
     const rtk_tree *tree = &p->part->RTK_TREE;
-#ifdef RTI_PACK
+#ifdef RTI_PACK8
     if (!a->listed)
         a->count = pencil_list(p, a->bundles, a->rays, a->list);
     a->listed = 1u;
@@ -197,7 +202,7 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
         if (a.count == 0u)
             return;
     }
-    if (a.known && a.count <= PENCIL_LONE) {
+    if (a.known && a.count <= PENCIL_LONE(mode)) {
         for (rtk_u32 at = begin / 4u * 4u; at < end; at += 4u)
             pencil_all(p, mode, at, pencil_places(at, begin, end), &a, one);
         return;
@@ -213,8 +218,8 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
         }
         if (pairs > PENCIL_PAIRS * (rtk_u32)__builtin_popcount(a.bundles)) {
             pencil_tell(p, n, slot, &a);
-#ifdef RTI_PACK
-            if ((a.count + 3u) / 4u * PENCIL_PRICE < pairs) {
+#ifdef RTI_PACK8
+            if ((a.count + FOUR_RAYS - 1u) / FOUR_RAYS * PENCIL_PRICE(mode) < pairs) {
                 pencil_all(p, mode, at, keep, &a, one);
                 continue;
             }

@@ -59,11 +59,13 @@ static void eight(const float a[16], uint32_t bits, const uint32_t numbers[8], c
     out->dealt_count = rti_u16_deal(out->dealt, count, rti_b16_load(bytes), from % 8u, from + 4u);
     out->chosen_count = rti_u16_put(out->chosen, count, bits & 0xffffu);
     rti_u16_last(out->last, count, 1u + (bits & 15u) % RTI_SIMD);
+    out->counted_count = rti_u16_count(out->counted, from, bits & 0xffffu);
 }
 
 /* And what they have in vectors of theirs. */
-static void records(const float a[16], simd_packed *out)
+static void records(const float a[16], const uint32_t at[4], simd_packed *out)
 {
+    (void)at;
     const vec x = V(load)(a);
     float all[16][8], *to[16], turn[16], fours[RTI_SIMD][4];
     uint16_t reverse[16];
@@ -86,14 +88,17 @@ static void records(const float a[16], simd_packed *out)
     V(store)(out->madd, V(madd)(x, V(set)(2.0f), V(load)(turn)));
     V(store)(out->msub, V(msub)(x, V(set)(2.0f), V(load)(turn)));
 #if RTI_SIMD == 8
+    const uint32_t low_at[2] = {at[0] % 8u, at[1] % 8u};
     float row_of[8];
+    rti_f8_store(out->row, rti_f8_row(a));
+    rti_f8_store(out->each, rti_f8_each(a, at));
     for (int i = 0; i < 8; i++)
         row_of[i] = (float)(i % 3);
     const vec_rows rows = VI(rows)(row_of, reverse), next = VI(next)(rows);
     V(store)(out->corners[0], rti_f8_corner(a, rows));
     V(store)(out->corners[1], rti_f8_corner(a, next));
     V(store)(out->corners[2], rti_f8_corner(a, VI(next)(next)));
-    rti_f8_fields(a, a + 8, fields);
+    rti_f8_fields(a, low_at, fields);
     for (int k = 0; k < 8; k++)
         V(store)(out->fields[k], fields[k]);
 #endif
@@ -105,7 +110,7 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
 {
 #ifdef RTI_PACK8
     eight(a, bits, numbers, at, from, out);
-    records(a, out);
+    records(a, at, out);
 #endif
 #ifdef RTI_PACK
     const rti_f16 sixteen = rti_f16_load(a);
@@ -151,7 +156,6 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
     }
     rti_f16_store(out->lows, rti_f16_lows(turned));
     rti_f8_store(out->lows8, rti_f16_lows8(turned));
-    out->counted_count = rti_u16_count(out->counted, from, bits & 0xffffu);
     uint32_t lanes_of[16];
     for (int i = 0; i < 16; i++)
         lanes_of[i] = 16u * from + 5u * (uint32_t)i + at[0];

@@ -11,8 +11,8 @@ typedef struct simd_packed {
     uint32_t lane[8], packed_u8[8]; /* of rti_f8_sorted; rti_u8_pack */
     float put[16];                  /* rti_f16_put, of bits */
     float low;                      /* rti_f16_low */
-    float row[16], each[16];        /* rti_f16_row; rti_f16_each */
-    float fields[8][16];            /* rti_f16_fields of a[at] on; rti_f8_fields of a and a + 8 */
+    float row[16], each[16];        /* rti_fN_row; rti_fN_each */
+    float fields[8][16];            /* rti_f16_fields of a[at] on; rti_f8_fields of the first two */
     float twelve[16], nine[16];     /* rti_f16_twelve, rti_f16_nine */
     float corners[3]
                  [8]; /* rti_f8_corner of a and rti_i8_rows of 0, 1, 2, 0 ... from the last on, and of the rti_i8_next, twice */

@@ -138,6 +138,14 @@ RTI_VEC uint32_t rti_u16_deal(uint16_t *to, const uint16_t *from, rti_b16 bytes,
     return rti_u16_put(to, from, n < 16u ? some & ((1u << n) - 1u) : some);
 }
 
+RTI_VEC uint32_t rti_u16_count(uint16_t *to, uint32_t first, uint32_t bits)
+{
+    const __m128i low = _mm_add_epi16(_mm_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7), _mm_set1_epi16((short)first));
+    const uint32_t n = (uint32_t)__builtin_popcount(bits & 255u);
+    _mm_storeu_si128((__m128i *)(void *)to, rti_u16_chosen(low, bits & 255u));
+    _mm_storeu_si128((__m128i *)(void *)(to + n), rti_u16_chosen(_mm_add_epi16(low, _mm_set1_epi16(8)), bits >> 8));
+    return (uint32_t)__builtin_popcount(bits);
+}
 RTI_VEC void rti_u16_last(uint16_t to[8], const uint16_t *from, uint32_t n)
 {
     const __m128i all = _mm_loadu_si128((const __m128i *)(const void *)from), last = _mm_set1_epi16((short)from[n - 1u]);
@@ -188,9 +196,9 @@ RTI_VEC void rti_f8_spread(const rti_f8 a[8], float *const to[8])
     for (uint32_t i = 0; i < 4; i++)
         _mm256_storeu_ps(to[4 + i], _mm256_permute2f128_ps(low[i], high[i], 0x31));
 }
-RTI_VEC void rti_f8_fields(const float *p, const float *q, rti_f8 out[8])
+RTI_VEC void rti_f8_fields(const float *p, const uint32_t at[2], rti_f8 out[8])
 {
-    const __m256 a = rti_f8_two(p, q), b = rti_f8_two(p + 4, q + 4);
+    const __m256 a = rti_f8_two(p + at[0], p + at[1]), b = rti_f8_two(p + at[0] + 4, p + at[1] + 4);
     out[0] = _mm256_permute_ps(a, 0x00);
     out[1] = _mm256_permute_ps(a, 0x55);
     out[2] = _mm256_permute_ps(a, 0xaa);
@@ -199,6 +207,14 @@ RTI_VEC void rti_f8_fields(const float *p, const float *q, rti_f8 out[8])
     out[5] = _mm256_permute_ps(b, 0x55);
     out[6] = _mm256_permute_ps(b, 0xaa);
     out[7] = _mm256_permute_ps(b, 0xff);
+}
+RTI_VEC rti_f8 rti_f8_each(const float *p, const uint32_t at[2])
+{
+    return _mm256_insertf128_ps(_mm256_broadcast_ss(p + at[0]), _mm_broadcast_ss(p + at[1]), 1);
+}
+RTI_VEC rti_f8 rti_f8_row(const float *p)
+{
+    return _mm256_broadcast_ps((const __m128 *)(const void *)p);
 }
 RTI_VEC rti_f8 rti_f8_column(const float *p, uint32_t stride, const uint16_t at[8])
 {
@@ -217,7 +233,7 @@ RTI_VEC rti_i8 rti_i8_next(rti_i8 a)
 }
 RTI_VEC rti_f8 rti_f8_corner(const float p[4], rti_i8 rows)
 {
-    return _mm256_permutevar_ps(_mm256_broadcast_ps((const __m128 *)(const void *)p), rows);
+    return _mm256_permutevar_ps(rti_f8_row(p), rows);
 }
 RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
 {
