@@ -5,7 +5,7 @@
 #ifndef RTI_BVH_STREAM_DENSE_H
 #define RTI_BVH_STREAM_DENSE_H
 
-#include "bvh_stream_meet.h"
+#include "bvh_stream_node.h"
 
 #ifdef RTI_PACK
 #define STREAM_DENSE       0x80000000u /* beside a list: it is dense; its size counts blocks */
