@@ -9,7 +9,8 @@
 
 #include "bvh_build.h"
 
-#define PIECE 4096u
+#define PIECE      4096u
+#define NODES_ONCE 256u /* that a part takes at a time: dense, for memory that is touched has its time */
 
 typedef struct piece {
     uint32_t range, begin, count;
@@ -28,8 +29,8 @@ typedef struct build {
     uint32_t piece_count;
     uint32_t *first_piece; /* of each open range, and one more */
     atomic_uint *undone;   /* pieces of each open range that the loop over them has not done */
+    atomic_uint free_node; /* behind those that parts have taken */
     uint32_t part_limit;
-    size_t top_capacity;
 } build;
 
 /* ---- references ------------------------------------------------------------------------------------------------------------ */
@@ -185,11 +186,30 @@ static void put_leaf(const rti_bvh *t, const rti_bvh_range *r, uint32_t first, c
     }
 }
 
-/* Triangles and others do not share a leaf that has blocks. The references of a leaf are few, and no longer needed in place. */
-static void write_leaf(const rti_bvh *t, const rti_bvh_range *r, uint32_t *pair)
+/* Nodes that a part has taken. */
+typedef struct taken {
+    uint32_t at, end;
+} taken;
+
+/* Two nodes side by side. Their numbers depend on who works; nothing else does on them. */
+static uint32_t take_pair(build *job, taken *own)
 {
+    uint32_t pair;
+    if (own->at == own->end) {
+        own->at = atomic_fetch_add_explicit(&job->free_node, NODES_ONCE, memory_order_relaxed);
+        own->end = own->at + NODES_ONCE;
+    }
+    pair = own->at;
+    own->at += 2;
+    return pair;
+}
+
+/* Triangles and others do not share a leaf that has blocks. The references of a leaf are few, and no longer needed in place. */
+static void write_leaf(build *job, const rti_bvh_range *r, taken *own)
+{
+    const rti_bvh *t = &job->t;
     rti_ref *refs = t->refs[r->buffer] + r->begin, *others = t->refs[r->buffer ^ 1u] + r->begin;
-    uint32_t tris = 0, rest = 0;
+    uint32_t tris = 0, rest = 0, pair;
     for (uint32_t i = 0; t->blocks && i < r->count; i++) {
         if (refs[i].prim < t->b->in->tri_count)
             refs[tris++] = refs[i];
@@ -207,9 +227,10 @@ static void write_leaf(const rti_bvh *t, const rti_bvh_range *r, uint32_t *pair)
     half[1].count = rest;
     half[1].begin += tris;
     put_box(&t->nodes[r->node], r->box);
-    t->nodes[r->node].child = *pair;
-    for (int i = 0; i < 2; i++) {
-        half[i].node = (*pair)++;
+    pair = take_pair(job, own);
+    t->nodes[r->node].child = pair;
+    for (uint32_t i = 0; i < 2; i++) {
+        half[i].node = pair + i;
         measure(t, &half[i]);
         put_leaf(t, &half[i], half[i].begin, t->refs[r->buffer] + half[i].begin, half[i].count);
     }
@@ -226,7 +247,7 @@ static void carry_out(const rti_bvh *t, const rti_bvh_range *r, rti_bvh_split *s
         s->left = boxes[0];
         s->right = boxes[1];
     } else {
-        rti_bvh_scatter(s, refs, r->count, to + r->room_begin, to + r->room_end, mids);
+        t->kernels->scatter(s, refs, r->count, to + r->room_begin, to + r->room_end, mids);
     }
     split_children(r, s, mids, out);
 }
@@ -241,8 +262,8 @@ static bool split_range(const rti_bvh *t, const rti_bvh_range *r, rti_bvh_range 
     if (r->count == 1 || (r->count <= t->most && rti_bvh_leaf_cost(t, r->count) <= t->b->cost_traverse))
         return false; /* no split can be cheaper */
     rti_bvh_split_begin(r, &s);
-    rti_bvh_bin(&s, refs, r->count, &bins);
-    rti_bvh_split_find(t, &bins, &s);
+    t->kernels->bin(&s, refs, r->count, &bins);
+    t->kernels->find(t, &bins, &s);
     if (t->spatial && rti_bvh_spatial_begin(t, r, &s)) {
         rti_bvh_space_bins space;
         rti_bvh_spatial_bin(t, &s, refs, r->count, &space);
@@ -263,7 +284,8 @@ static void part_task(void *data, uint32_t index)
     build *job = data;
     const rti_bvh *t = &job->t;
     rti_bvh_range stack[RTI_BVH_BINARY + 2], children[2];
-    uint32_t top = 1, pair = t->top_count + 2 * job->parts[index].room_begin, work = 0;
+    uint32_t top = 1, pair, work = 0;
+    taken own = {0, 0};
     stack[0] = job->parts[index];
     while (top > 0) {
         rti_bvh_range r = stack[--top];
@@ -274,13 +296,14 @@ static void part_task(void *data, uint32_t index)
                 return;
         }
         if (!split_range(t, &r, children)) {
-            write_leaf(t, &r, &pair);
+            write_leaf(job, &r, &own);
             continue;
         }
         put_box(&t->nodes[r.node], r.box);
+        pair = take_pair(job, &own);
         t->nodes[r.node].child = pair;
-        children[0].node = pair++;
-        children[1].node = pair++;
+        children[0].node = pair;
+        children[1].node = pair + 1;
         stack[top++] = children[1];
         stack[top++] = children[0];
     }
@@ -295,8 +318,8 @@ static void choose(build *job, uint32_t index)
     uint32_t first = job->first_piece[index];
     rti_bvh_bins bins = job->pieces[first].bins;
     for (uint32_t i = first + 1; i < job->first_piece[index + 1]; i++)
-        rti_bvh_bins_add(s, &bins, &job->pieces[i].bins);
-    rti_bvh_split_find(&job->t, &bins, s);
+        job->t.kernels->add(s, &bins, &job->pieces[i].bins);
+    job->t.kernels->find(&job->t, &bins, s);
     s->wants_space = job->t.spatial && rti_bvh_spatial_begin(&job->t, &job->open[index], s);
 }
 
@@ -345,7 +368,7 @@ static void bin_task(void *data, uint32_t index)
     const rti_bvh_range *r = &job->open[p->range];
     if (rti_cancelled(job->t.b->cancel))
         return;
-    rti_bvh_bin(&job->splits[p->range], job->t.refs[r->buffer] + p->begin, p->count, &p->bins);
+    job->t.kernels->bin(&job->splits[p->range], job->t.refs[r->buffer] + p->begin, p->count, &p->bins);
     if (!is_last(job, p->range))
         return;
     choose(job, p->range);
@@ -381,7 +404,7 @@ static void scatter_task(void *data, uint32_t index)
     if (s->spatial)
         rti_bvh_spatial_scatter(&job->t, s, refs, p->count, to + p->left, to + p->right, p->boxes, p->mids);
     else
-        rti_bvh_scatter(s, refs, p->count, to + p->left, to + p->right, p->mids);
+        job->t.kernels->scatter(s, refs, p->count, to + p->left, to + p->right, p->mids);
 }
 
 static bool add_range(build *job, const rti_bvh_range *r)
@@ -485,9 +508,10 @@ static rt_status build_level(build *job)
  * ---------------------------------------------------------------------------------------------------------------------- */
 
 /* The parts' nodes stand behind those of the top; most of this room is never touched. */
-static bool grow_nodes(rti_bvh *t)
+static bool grow_nodes(build *job)
 {
-    size_t count = t->top_count + 2 * t->room;
+    rti_bvh *t = &job->t;
+    size_t count = t->top_count + 2 * t->room + job->part_count * NODES_ONCE;
     rti_bvh_node *nodes = rti_alloc_array(t->ctx, count, sizeof *nodes);
     if (!nodes)
         return false;
@@ -495,6 +519,7 @@ static bool grow_nodes(rti_bvh *t)
     rti_free(t->ctx, t->nodes, t->node_capacity * sizeof *nodes);
     t->nodes = nodes;
     t->node_capacity = count;
+    atomic_init(&job->free_node, t->top_count);
     return true;
 }
 
@@ -509,7 +534,7 @@ static rt_status build_binary(build *job, const rti_bvh_range *root)
         status = build_level(job);
     if (status != RT_OK)
         return status;
-    if (!grow_nodes(t))
+    if (!grow_nodes(job))
         return RT_ERROR_MEMORY;
     rti_parallel(t->ctx, (uint32_t)job->part_count, part_task, job);
     return rti_cancelled(t->b->cancel) ? RT_ERROR_CANCELLED : RT_OK;
@@ -543,24 +568,24 @@ static void settle(rti_bvh *t)
 
 rt_status rti_bvh_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size)
 {
-    build job = {.t = {.ctx = ctx, .b = b}};
+    build job = {.t = {.ctx = ctx, .b = b, .kernels = rti_bvh_kernels_at(rti_context_isa(ctx))}};
     rti_bvh *t = &job.t;
     rti_bvh_range root;
     rt_status status = RT_ERROR_MEMORY;
     settle(t);
-    t->refs[0] = rti_alloc_array(ctx, t->room, sizeof(rti_ref));
-    t->refs[1] = rti_alloc_array(ctx, t->room, sizeof(rti_ref));
+    t->refs[0] = rti_alloc_array(ctx, 2 * t->room, sizeof(rti_ref));
     t->order = rti_alloc_array(ctx, t->room, sizeof *t->order);
-    if (t->refs[0] && t->refs[1] && t->order)
+    if (t->refs[0] && t->order) {
+        t->refs[1] = t->refs[0] + t->room;
         status = make_refs(t, &root);
+    }
     if (status == RT_OK && root.count > 0) {
         job.part_limit = root.count / 128 > 1024 ? root.count / 128 : 1024;
         status = build_binary(&job, &root);
     }
     if (status == RT_OK)
         status = rti_bvh_write(t, root.count > 0 ? 0 : RTK_INVALID, start, chunk, size);
-    rti_free(ctx, t->refs[0], t->room * sizeof(rti_ref));
-    rti_free(ctx, t->refs[1], t->room * sizeof(rti_ref));
+    rti_free(ctx, t->refs[0], 2 * t->room * sizeof(rti_ref));
     rti_free(ctx, t->order, t->room * sizeof *t->order);
     rti_free(ctx, t->nodes, t->node_capacity * sizeof *t->nodes);
     rti_free(ctx, job.open, job.open_capacity * sizeof *job.open);

@@ -1,7 +1,7 @@
 /* What the files of the BVH's builder share. Private to accel/.
  *
  * The builder makes a binary tree first (bvh_build.c: levels of large ranges by all workers together, then the small ones a task
- * each; bvh_split.c and bvh_spatial.c choose splits), then chooses what of it becomes slots of nodes of eight (bvh_fold.c), and
+ * each; bvh_bins.c and bvh_spatial.c choose splits), then chooses what of it becomes slots of nodes of eight (bvh_fold.c), and
  * writes those (bvh_write.c). Everything that is decided depends on the references alone, never on who works on them.
  */
 #ifndef RTI_BVH_BUILD_H
@@ -68,7 +68,7 @@ typedef struct rti_bvh_split {
 } rti_bvh_split;
 
 typedef struct rti_bvh_bins {
-    rti_bvh_box box[3][RTI_BVH_BINS];
+    _Alignas(32) rti_bvh_box box[3][RTI_BVH_BINS]; /* as bvh_bins.c has them */
     uint32_t count[3][RTI_BVH_BINS];
 } rti_bvh_bins;
 
@@ -78,9 +78,12 @@ typedef struct rti_bvh_space_bins {
     uint32_t enter[3][RTI_BVH_BINS], leave[3][RTI_BVH_BINS];
 } rti_bvh_space_bins;
 
+typedef struct rti_bvh_kernels rti_bvh_kernels;
+
 /* One build. */
 typedef struct rti_bvh {
     rt_context *ctx;
+    const rti_bvh_kernels *kernels;
     const rti_build *b;
     bool blocks;             /* leaves of triangles get them */
     uint32_t depth;          /* levels of nodes of eight, at most */
@@ -96,12 +99,12 @@ typedef struct rti_bvh {
     bool spatial;              /* splits may cut references */
     float root_area, thinnest; /* what is thinner is not cut */
     float fine_area;           /* ranges of more are split down to a block: leaves of blocks merge (bvh_fold.c) */
-    rti_ref *refs[2];
+    rti_ref *refs[2];          /* one block of 2 * room */
     size_t room;
     uint32_t *order; /* primitives of leaves */
     rti_bvh_node *nodes;
     size_t node_capacity;
-    uint32_t top_count; /* nodes made before the parts; part nodes of a range start at top_count + 2 * room_begin */
+    uint32_t top_count; /* nodes made before the parts; the parts' nodes stand behind them */
 } rti_bvh;
 
 /* What brings the longest side to 1. */
@@ -156,18 +159,22 @@ static inline void rti_bvh_bins_of(rti_f4 at, float last, int32_t out[4])
     memcpy(out, &bin, sizeof bin);
 }
 
+/* What is compiled for each instruction set (bvh_bins.c); of bins that are as they are made and read there. */
+struct rti_bvh_kernels {
+    void (*bin)(const rti_bvh_split *split, const rti_ref *refs, uint32_t count, rti_bvh_bins *bins);
+    void (*add)(const rti_bvh_split *split, rti_bvh_bins *to, const rti_bvh_bins *from);
+    /* The cheapest split of the bins; cost in areas times intersections, traversal left out. */
+    void (*find)(const rti_bvh *t, const rti_bvh_bins *bins, rti_bvh_split *split);
+    /* Left ones go to `left` ascending, right ones to `right` - 1 descending; mids are extended. */
+    void (*scatter)(const rti_bvh_split *split, const rti_ref *refs, uint32_t count, rti_ref *left, rti_ref *right,
+                    rti_bvh_box mids[2]);
+};
+const rti_bvh_kernels *rti_bvh_kernels_at(rti_isa isa);
 /* Bins for a range whose mids fill `mid`. */
 void rti_bvh_split_begin(const rti_bvh_range *range, rti_bvh_split *split);
-void rti_bvh_bin(const rti_bvh_split *split, const rti_ref *refs, uint32_t count, rti_bvh_bins *bins);
-void rti_bvh_bins_add(const rti_bvh_split *split, rti_bvh_bins *to, const rti_bvh_bins *from);
-/* The cheapest split of the bins; cost in areas times intersections, traversal left out. */
-void rti_bvh_split_find(const rti_bvh *t, const rti_bvh_bins *bins, rti_bvh_split *split);
 /* How many of what was binned go left. */
 uint32_t rti_bvh_split_left(const rti_bvh_split *split, const rti_bvh_bins *bins);
-/* Left ones go to `left` ascending, right ones to `right` - 1 descending; mids are extended. */
-void rti_bvh_scatter(const rti_bvh_split *split, const rti_ref *refs, uint32_t count, rti_ref *left, rti_ref *right,
-                     rti_bvh_box mids[2]);
-/* Spatial splits (bvh_spatial.c), after rti_bvh_split_find. begin: false when they are not worth a try. find: takes one that is
+/* Spatial splits (bvh_spatial.c), after `find`. begin: false when they are not worth a try. find: takes one that is
  * cheaper and needs no more than `room` references. counts: of what was binned. scatter: also the boxes of the two sides. */
 bool rti_bvh_spatial_begin(const rti_bvh *t, const rti_bvh_range *range, rti_bvh_split *split);
 void rti_bvh_spatial_bin(const rti_bvh *t, const rti_bvh_split *split, const rti_ref *refs, uint32_t count,
@@ -204,7 +211,8 @@ uint32_t rti_bvh_next_leaf(const rti_bvh *t, const uint32_t *cuts, rti_bvh_leave
  * Works by tasks of the context. Errors MEMORY, CANCELLED. */
 rt_status rti_kd_cut_leaves(rti_bvh *t);
 
-/* Folds the binary tree into a chunk. root: its node; RTK_INVALID: there is nothing in it. */
-rt_status rti_bvh_write(const rti_bvh *t, uint32_t root, double start, void **chunk, size_t *size);
+/* Folds the binary tree into a chunk. root: its node; RTK_INVALID: there is nothing in it. The references' block is taken for it,
+ * or freed. */
+rt_status rti_bvh_write(rti_bvh *t, uint32_t root, double start, void **chunk, size_t *size);
 
 #endif

@@ -26,6 +26,8 @@ typedef struct writer {
     size_t task_count, task_capacity;
     const uint32_t *cuts; /* rti_bvh_cut */
     bool writing;
+    void *spare; /* the builder's references, which are needed no longer: the chunk may take their place */
+    size_t spare_size;
     rtk_bvhnode *nodes;
     rtk_bvhblock *blocks;
     uint32_t *refs;
@@ -354,6 +356,17 @@ static void put_kd(const rti_bvh *t, char *bytes, char *end, uint32_t *refs, uin
     memcpy(refs + first, t->kd_refs, t->kd_ref_count * sizeof *refs);
 }
 
+/* Memory that was not touched yet is cleared by the system first, page by page: so it is spared where it can be. */
+static char *chunk_room(writer *w, size_t size)
+{
+    rt_context *ctx = w->t->ctx;
+    char *bytes = size <= w->spare_size ? rti_shrink(ctx, w->spare, w->spare_size, size) : NULL;
+    if (!bytes)
+        return rti_alloc(ctx, size);
+    w->spare = NULL;
+    return bytes;
+}
+
 static char *make_chunk(writer *w, const totals *sum, size_t *size)
 {
     const rti_bvh *t = w->t;
@@ -362,7 +375,7 @@ static char *make_chunk(writer *w, const totals *sum, size_t *size)
     const uint64_t own = (uint64_t)sum->blocks * RTK_BVH_BLOCK + sum->plain, refs = own + t->kd_ref_count;
     char *bytes;
     *size = aligned(end) + refs * sizeof(uint32_t);
-    bytes = sum->nodes <= RTI_NODE_MAX && refs <= RTI_REF_MAX ? rti_alloc(t->ctx, *size) : NULL;
+    bytes = sum->nodes <= RTI_NODE_MAX && refs <= RTI_REF_MAX ? chunk_room(w, *size) : NULL;
     if (!bytes)
         return NULL;
     write_header(t, sum, (rtk_tree_header *)bytes);
@@ -437,14 +450,16 @@ static rt_status fold(writer *w, uint32_t root, uint32_t *cuts, todo *list, char
     return rti_cancelled(w->t->b->cancel) ? RT_ERROR_CANCELLED : RT_OK;
 }
 
-rt_status rti_bvh_write(const rti_bvh *t, uint32_t root, double start, void **chunk, size_t *size)
+rt_status rti_bvh_write(rti_bvh *t, uint32_t root, double start, void **chunk, size_t *size)
 {
-    writer w = {.t = t};
+    writer w = {.t = t, .spare = t->refs[0], .spare_size = t->refs[0] ? 2 * t->room * sizeof(rti_ref) : 0};
     char *bytes = NULL;
     const size_t count = t->node_capacity;
     todo *list = rti_alloc_array(t->ctx, t->top_count + 1, sizeof *list);
     uint32_t *cuts = rti_alloc_array(t->ctx, count, sizeof *cuts);
     rt_status status = list && cuts ? fold(&w, root, cuts, list, &bytes, size) : RT_ERROR_MEMORY;
+    t->refs[0] = t->refs[1] = NULL;
+    rti_free(t->ctx, w.spare, w.spare_size);
     rti_free(t->ctx, cuts, count * sizeof *cuts);
     rti_free(t->ctx, list, (t->top_count + 1) * sizeof *list);
     rti_free(t->ctx, w.tasks, w.task_capacity * sizeof *w.tasks);

@@ -31,6 +31,8 @@ void *rti_alloc_zero(rt_context *ctx, size_t size);
 void *rti_alloc_array(rt_context *ctx, size_t count, size_t size); /* checks the product */
 void *rti_alloc_spare(rt_context *ctx, size_t size); /* for what may be done without: nothing that is kept for later makes way */
 void *rti_realloc(rt_context *ctx, void *ptr, size_t old_size, size_t new_size);
+/* What is behind new_size, which is not 0, goes back; where the hook can, the rest stays in place. NULL: it refused, and all is as it was. */
+void *rti_shrink(rt_context *ctx, void *ptr, size_t old_size, size_t new_size);
 void rti_free(rt_context *ctx, void *ptr, size_t size); /* NULL is fine */
 
 /* A block of `size` bytes, the same in all calls, that a thread works in while it is in a query, and gives back before it returns

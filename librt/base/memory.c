@@ -112,6 +112,21 @@ void rti_free(rt_context *ctx, void *ptr, size_t size)
     discharge(ctx, whole_size(size));
 }
 
+void *rti_shrink(rt_context *ctx, void *ptr, size_t old_size, size_t new_size)
+{
+    unsigned char *p = ptr, *raw, *to;
+    const size_t offset = p[-1];
+    raw = ctx->allocate(ctx->allocate_user, p - offset, whole_size(old_size), whole_size(new_size));
+    if (!raw)
+        return NULL;
+    discharge(ctx, old_size - new_size);
+    to = raw + HEADER - (uintptr_t)raw % HEADER;
+    if (to != raw + offset) /* the hook has moved it to another offset from the cache line */
+        memmove(to, raw + offset, new_size);
+    to[-1] = (unsigned char)(to - raw);
+    return to;
+}
+
 /* Not the hook's resize: it could move the block to another offset from the cache line. */
 void *rti_realloc(rt_context *ctx, void *ptr, size_t old_size, size_t new_size)
 {

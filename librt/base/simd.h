@@ -11,7 +11,10 @@
  *   rti_fN_select(m, a, b)                            m ? a : b
  *   rti_mN_and(a, b)  _or(a, b)  _andnot(a, b)        a and not b
  *   rti_mN_bits(m)  _of(bits)                         lane i is bit i
- *   rti_f8_two(p, q)                                  p[0] to p[3] and q[0] to q[3], where there is rti_f8
+ *   rti_f8_two(p, q)                                  p[0] to p[3] and q[0] to q[3], where there is rti_f8; likewise
+ *   rti_f8_both(p, q)  _low(a)  _high(a)              p and q; the first four lanes of a, and the others
+ *   rti_f8_lows(a, b)  _highs(a, b)                   the first four of a and of b, and the others
+ *   rti_f8_turn(a, b)                                 as rti_f4_turn, of each four
  *   rti_f4_turn(a, b)                                 b[i] has lane i of a[0] to a[3]
  *   rti_rows4(from, to)                               to[k][i] = from[i][k], for k below 4 and i below 16
  *

@@ -50,6 +50,68 @@ static void test_memory(void **state)
     rt_context_destroy(ctx);
 }
 
+typedef struct wandering {
+    uint32_t turn;
+    bool refuses;
+} wandering;
+
+/* Blocks stand 16, 32, 48, 64 bytes behind a cache line's begin in turn, so a resized one never where it stood. */
+static void *wander(void *user, void *ptr, size_t old_size, size_t new_size)
+{
+    wandering *w = user;
+    char *raw, *at = NULL;
+    if (new_size > 0) {
+        if (ptr && w->refuses)
+            return NULL;
+        raw = malloc(new_size + 192);
+        assert_non_null(raw);
+        at = raw + 64 + (64 - (uintptr_t)raw % 64) + 16 * (w->turn++ % 4);
+        memcpy(at - sizeof raw, &raw, sizeof raw);
+        if (ptr)
+            memcpy(at, ptr, old_size < new_size ? old_size : new_size);
+    }
+    if (ptr) {
+        memcpy(&raw, (char *)ptr - sizeof raw, sizeof raw);
+        free(raw);
+    }
+    return at;
+}
+
+static void test_shrink(void **state)
+{
+    wandering w = {0};
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    uint64_t before, now;
+    (void)state;
+    d.workers = 1;
+    d.allocate = wander;
+    d.allocate_user = &w;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    rt_context_memory(ctx, &before, NULL);
+    for (size_t size = 1000; size > 0; size -= 37) {
+        unsigned char *p = rti_alloc(ctx, 1000), *less;
+        for (size_t i = 0; i < 1000; i++)
+            p[i] = (unsigned char)(i * 7);
+        w.refuses = true;
+        assert_null(rti_shrink(ctx, p, 1000, size));
+        w.refuses = false;
+        less = rti_shrink(ctx, p, 1000, size);
+        assert_non_null(less);
+        assert_int_equal((uintptr_t)less % 64, 0);
+        for (size_t i = 0; i < size; i++)
+            assert_int_equal(less[i], (unsigned char)(i * 7));
+        rt_context_memory(ctx, &now, NULL);
+        assert_true(now >= before + size && now < before + size + 200);
+        rti_free(ctx, less, size);
+        rt_context_memory(ctx, &now, NULL);
+        assert_int_equal(now, before);
+        if (size < 37)
+            break;
+    }
+    rt_context_destroy(ctx);
+}
+
 static void test_context_desc(void **state)
 {
     (void)state;
@@ -365,7 +427,7 @@ int main(void)
         cmocka_unit_test(test_memory),    cmocka_unit_test(test_context_desc), cmocka_unit_test(test_parallel),
         cmocka_unit_test(test_messages),  cmocka_unit_test(test_numbers),      cmocka_unit_test(test_locale),
         cmocka_unit_test(test_text),      cmocka_unit_test(test_hash),         cmocka_unit_test(test_files),
-        cmocka_unit_test(test_open_hook),
+        cmocka_unit_test(test_open_hook), cmocka_unit_test(test_shrink),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-/* Tree builders: what they promise for every input, the same bytes for any number of workers, failure at every allocation. */
+/* Tree builders: what they promise for every input, the same bytes for any number of workers and at each instruction set, failure
+ * at every allocation. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -39,6 +40,31 @@ static rtk_tree_header build(rt_context *ctx, const rti_build_input *in, const r
     return h;
 }
 
+typedef struct bytes {
+    char *first;
+    size_t size;
+} bytes;
+
+/* Builds, and holds the chunk against the first. */
+static void check_bytes(const rti_build_input *in, uint32_t builder, uint32_t workers, bytes *all)
+{
+    rt_context *ctx = context(workers);
+    void *chunk;
+    size_t size;
+    assert_int_equal(rti_tree_build(ctx, in, &(rti_build_settings){.builder = builder}, NULL, &chunk, &size), RT_OK);
+    ((rtk_tree_header *)chunk)->build_seconds = 0.0f;
+    if (all->first) {
+        assert_int_equal(size, all->size);
+        assert_memory_equal(chunk, all->first, size);
+    } else {
+        all->first = malloc(size);
+        all->size = size;
+        memcpy(all->first, chunk, size);
+    }
+    rti_free(ctx, chunk, size);
+    rt_context_destroy(ctx);
+}
+
 static void test_same_bytes(void **state)
 {
     static const uint32_t workers[] = {1, 2, 3, 8};
@@ -48,26 +74,17 @@ static void test_same_bytes(void **state)
     test_mesh_soup(&m, 50, 2.0f, 42);
     rti_build_input in = test_input(&m);
     for (int b = 0; b < BUILDERS; b++) {
-        char *first = NULL;
-        size_t first_size = 0;
-        for (int k = 0; k < 4; k++) {
-            rt_context *ctx = context(workers[k]);
-            void *chunk;
-            size_t size;
-            assert_int_equal(rti_tree_build(ctx, &in, &(rti_build_settings){.builder = builders[b]}, NULL, &chunk, &size), RT_OK);
-            ((rtk_tree_header *)chunk)->build_seconds = 0.0f;
-            if (first) {
-                assert_int_equal(size, first_size);
-                assert_memory_equal(chunk, first, size);
-            } else {
-                first = malloc(size);
-                first_size = size;
-                memcpy(first, chunk, size);
-            }
-            rti_free(ctx, chunk, size);
-            rt_context_destroy(ctx);
+        bytes all = {0};
+        for (int k = 0; k < 4; k++)
+            check_bytes(&in, builders[b], workers[k], &all);
+        for (int isa = 0; isa < RTI_ISA_COUNT; isa++) {
+            if (!rti_isa_runs((rti_isa)isa))
+                continue;
+            setenv("RT_ISA", rti_isa_name((rti_isa)isa), 1);
+            check_bytes(&in, builders[b], 2, &all);
+            unsetenv("RT_ISA");
         }
-        free(first);
+        free(all.first);
     }
     test_mesh_free(&m);
 }

@@ -155,18 +155,6 @@ RTI_VEC void rti_u16_last(uint16_t to[8], const uint16_t *from, uint32_t n)
 
 /* ---- rays in records ---- */
 
-#define PAIR(a, b, how) _mm256_castpd_ps(_mm256_##how##_pd(_mm256_castps_pd(a), _mm256_castps_pd(b)))
-/* Of each half of a[0] to a[3] the lanes i to b[i]. */
-RTI_VEC void rti_f8_turn(const __m256 a[4], __m256 b[4])
-{
-    const __m256 ab0 = _mm256_unpacklo_ps(a[0], a[1]), ab1 = _mm256_unpackhi_ps(a[0], a[1]);
-    const __m256 cd0 = _mm256_unpacklo_ps(a[2], a[3]), cd1 = _mm256_unpackhi_ps(a[2], a[3]);
-    b[0] = PAIR(ab0, cd0, unpacklo);
-    b[1] = PAIR(ab0, cd0, unpackhi);
-    b[2] = PAIR(ab1, cd1, unpacklo);
-    b[3] = PAIR(ab1, cd1, unpackhi);
-}
-#undef PAIR
 RTI_VEC void rti_f8_records(const float *p, const uint16_t at[8], rti_f8 out[8])
 {
     for (uint32_t h = 0; h < 8; h += 4) {
@@ -182,8 +170,8 @@ RTI_VEC void rti_f8_fours(rti_f8 a, rti_f8 b, rti_f8 c, rti_f8 d, float to[8][4]
     __m256 out[4];
     rti_f8_turn(in, out);
     for (uint32_t i = 0; i < 4; i++) {
-        _mm_storeu_ps(to[i], _mm256_castps256_ps128(out[i]));
-        _mm_storeu_ps(to[4 + i], _mm256_extractf128_ps(out[i], 1));
+        rti_f4_store(to[i], rti_f8_low(out[i]));
+        rti_f4_store(to[4 + i], rti_f8_high(out[i]));
     }
 }
 RTI_VEC void rti_f8_spread(const rti_f8 a[8], float *const to[8])
@@ -192,9 +180,9 @@ RTI_VEC void rti_f8_spread(const rti_f8 a[8], float *const to[8])
     rti_f8_turn(a, low);
     rti_f8_turn(a + 4, high);
     for (uint32_t i = 0; i < 4; i++)
-        _mm256_storeu_ps(to[i], _mm256_insertf128_ps(low[i], _mm256_castps256_ps128(high[i]), 1));
+        _mm256_storeu_ps(to[i], rti_f8_lows(low[i], high[i]));
     for (uint32_t i = 0; i < 4; i++)
-        _mm256_storeu_ps(to[4 + i], _mm256_permute2f128_ps(low[i], high[i], 0x31));
+        _mm256_storeu_ps(to[4 + i], rti_f8_highs(low[i], high[i]));
 }
 RTI_VEC void rti_f8_fields(const float *p, const uint32_t at[2], rti_f8 out[8])
 {

@@ -122,6 +122,37 @@ RTI_VEC rti_f8 rti_f8_two(const float *p, const float *q)
 {
     return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(p)), _mm_loadu_ps(q), 1);
 }
+RTI_VEC rti_f4 rti_f8_low(rti_f8 a)
+{
+    return _mm256_castps256_ps128(a);
+}
+RTI_VEC rti_f4 rti_f8_high(rti_f8 a)
+{
+    return _mm256_extractf128_ps(a, 1);
+}
+RTI_VEC rti_f8 rti_f8_both(rti_f4 p, rti_f4 q)
+{
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(p), q, 1);
+}
+RTI_VEC rti_f8 rti_f8_lows(rti_f8 a, rti_f8 b)
+{
+    return _mm256_permute2f128_ps(a, b, 0x20);
+}
+RTI_VEC rti_f8 rti_f8_highs(rti_f8 a, rti_f8 b)
+{
+    return _mm256_permute2f128_ps(a, b, 0x31);
+}
+#define PAIR(a, b, how) _mm256_castpd_ps(_mm256_##how##_pd(_mm256_castps_pd(a), _mm256_castps_pd(b)))
+RTI_VEC void rti_f8_turn(const rti_f8 a[4], rti_f8 b[4])
+{
+    const rti_f8 ab0 = _mm256_unpacklo_ps(a[0], a[1]), ab1 = _mm256_unpackhi_ps(a[0], a[1]);
+    const rti_f8 cd0 = _mm256_unpacklo_ps(a[2], a[3]), cd1 = _mm256_unpackhi_ps(a[2], a[3]);
+    b[0] = PAIR(ab0, cd0, unpacklo);
+    b[1] = PAIR(ab0, cd0, unpackhi);
+    b[2] = PAIR(ab1, cd1, unpacklo);
+    b[3] = PAIR(ab1, cd1, unpackhi);
+}
+#undef PAIR
 #endif
 #undef MASK
 #undef RTI_N
