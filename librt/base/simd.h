@@ -47,6 +47,7 @@
  *   rti_u16_last(p, a, n)     a[0] to a[n - 1], 1 to N of them, to p[0] on, and the last again up to p[N - 1]; reads as rti_u16_put
  * where N is 8:
  *   rti_f8_corner(p, rows)    p[rows[i]] in lane i; p[3] is read
+ *   rti_f8_take(p, lanes)     p[lanes[i]] in lane i, numbers below 8
  * and where RTI_PACK is (AVX-512; N is 16):
  *   rti_f16_put(p, bits, a)   the chosen lanes of a side by side from p on, and nothing behind them
  *   rti_first(bits, n)        the lowest n of the bits, n less than 32

@@ -47,7 +47,7 @@ static void RTK_NAME(stream_run)(streams *a, rtk_u32 first, rtk_u32 last)
 {
     rtk_u32 live = 0u, which[8];
     for (rtk_u32 i = first; i <= last; i++) {
-        stream_start(&a->of[i]);
+        stream_start(a, &a->of[i], RTK_MODE);
         if (a->of[i].n != 0u)
             which[live++] = i;
     }

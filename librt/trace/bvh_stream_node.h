@@ -2,7 +2,7 @@
 #ifndef RTI_BVH_STREAM_NODE_H
 #define RTI_BVH_STREAM_NODE_H
 
-#include "bvh_stream_leaf.h"
+#include "bvh_stream_region.h"
 
 #ifdef RTI_PACK
 /* The rows of a node's planes that an octant's rays meet first, and last, along each axis. */
@@ -90,13 +90,24 @@ RTI_VEC rtk_u32 stream_open_many(streams *a, const stream *s, rtk_u32 mode, rtk_
 }
 #endif
 
-/* Which of a list's rays enter which slots: bits of each; least: where the first of them enters each. Returns all bits. */
+/* Which of a list's rays enter which slots: bits of each; least: where the first of them enters each. there: the slots that have
+ * bits, in their order. Returns which of a node's slots are entered. */
 RTI_VEC rtk_u32 stream_open(streams *a, const stream *s, rtk_u32 mode, rtk_u32 octant, const rtk_bvhnode *n, const uint16_t *ids,
-                            rtk_u32 size, float least[RTK_BVH_WIDTH])
+                            rtk_u32 size, float least[RTK_BVH_WIDTH], rtk_u32 *there)
 {
+    *there = 255u;
 #ifdef RTI_PACK
     if (size >= STREAM_TURNED)
         return stream_open_many(a, s, mode, octant, n, ids, size, least);
+#elif defined RTI_PACK8
+    if ((mode & RTK_MODE_ANY) && size >= STREAM_REGION) {
+        const rtk_u32 some = stream_slots_there(s, n);
+        if (__builtin_popcount(some) <= 4) {
+            *there = some;
+            rti_f8_store(least, rti_f8_set(STREAM_FRONT));
+            return stream_open_four(a, s, octant, n, some, ids, size);
+        }
+    }
 #endif
     enum { HALVES = RTK_BVH_WIDTH / NODE_N };
     bvh_vec near[3][HALVES], far[3][HALVES], low[HALVES];
@@ -188,15 +199,17 @@ RTI_VEC void stream_slots(stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32
 #endif
 }
 
-/* The slots `all` of a node onto the stack, with the lists of those of `size` rays that enter them, from `used` on. */
+/* The slots `all` of a node onto the stack, with the lists of those of `size` rays that enter them, from `used` on. there: as
+ * stream_open says. */
 RTI_VEC void stream_push(const streams *a, stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 all,
-                         const float least[RTK_BVH_WIDTH], const uint16_t *ids, rtk_u32 size, rtk_u32 used)
+                         const float least[RTK_BVH_WIDTH], rtk_u32 there, const uint16_t *ids, rtk_u32 size, rtk_u32 used)
 {
     rtk_u32 slots[RTK_BVH_WIDTH];
     const rtk_u32 count = (rtk_u32)__builtin_popcount(all);
     stream_slots(s, mode, n, all, least, slots);
     for (rtk_u32 k = 0u; k < count; k++) {
-        const rtk_u32 some = stream_deal(a, s->list + used, ids, size, slots[k]);
+        const rtk_u32 bit = (rtk_u32)__builtin_popcount(there & ((1u << slots[k]) - 1u));
+        const rtk_u32 some = stream_deal(a, s->list + used, ids, size, bit);
         s->lists[s->top++] = used | some << 16;
         used += some;
     }

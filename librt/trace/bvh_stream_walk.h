@@ -221,20 +221,23 @@ RTI_VEC rtk_u32 stream_step(streams *a, rtk_u32 octant, rtk_u32 mode)
     }
     const rtk_bvhnode *n = &a->tree.bvh[at];
     float least[RTK_BVH_WIDTH];
-    const rtk_u32 all = stream_open(a, s, mode, octant, n, ids, size, least);
+    rtk_u32 there;
+    const rtk_u32 all = stream_open(a, s, mode, octant, n, ids, size, least, &there);
     if (begin + (1u + (rtk_u32)__builtin_popcount(all)) * size > a->most) {
         memcpy(a->now, ids, size * sizeof *ids);
         return size;
     }
     if (all != 0u)
-        stream_push(a, s, mode, n, all, least, ids, size, begin + size); /* its list is read yet */
+        stream_push(a, s, mode, n, all, least, there, ids, size, begin + size); /* its list is read yet */
     stream_next(a, s);
     return 0u;
 }
 
 /* All of a stream's rays are at the root. */
-RTI_VEC void stream_start(stream *s)
+RTI_VEC void stream_start(const streams *a, stream *s, rtk_u32 mode)
 {
+    (void)a;
+    (void)mode;
     s->child[0] = s->count[0] = 0u;
     s->enter[0] = -RTK_INF;
     s->top = s->n != 0u;
@@ -244,6 +247,10 @@ RTI_VEC void stream_start(stream *s)
     for (rtk_u32 i = 0u; i < s->n; i++)
         s->list[i] = (uint16_t)i;
     s->lists[0] = s->n << 16;
+#ifdef RTI_PACK8
+    if (mode & RTK_MODE_ANY)
+        stream_region(a, s);
+#endif
 #endif
 }
 

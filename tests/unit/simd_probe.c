@@ -52,6 +52,14 @@ static void eight(const float a[16], uint32_t bits, const uint32_t numbers[8], c
     rti_f8_pack(out->pack8, bits & 255u, all8);
     rti_u8_pack(out->packed_u8, bits & 255u, numbers);
     rti_u8_take(out->taken, numbers, lanes);
+    const rti_f8 four[4] = {all8, -all8, all8 * rti_f8_set(2.0f), all8 * rti_f8_set(3.0f)};
+    rti_f8 turned[4];
+    rti_f8_store(out->lows_of, rti_f8_lows(four[0], four[1]));
+    rti_f8_store(out->highs_of, rti_f8_highs(four[0], four[1]));
+    rti_f8_store(out->both, rti_f8_both(rti_f8_high(all8), rti_f8_low(all8)));
+    rti_f8_turn(four, turned);
+    for (int i = 0; i < 4; i++)
+        rti_f8_store(out->turned8[i], turned[i]);
     for (int i = 0; i < 16; i++) {
         count[i] = (uint16_t)i;
         bytes[i] = (uint8_t)numbers[i % 8];
@@ -90,6 +98,8 @@ static void records(const float a[16], const uint32_t at[4], simd_packed *out)
 #if RTI_SIMD == 8
     const uint32_t low_at[2] = {at[0] % 8u, at[1] % 8u};
     float row_of[8];
+    const uint32_t lanes[8] = {low_at[0], low_at[1], at[2] % 8u, at[3] % 8u, low_at[0], low_at[1], at[2] % 8u, at[3] % 8u};
+    rti_f8_store(out->take, rti_f8_take(a, lanes));
     rti_f8_store(out->row, rti_f8_row(a));
     rti_f8_store(out->each, rti_f8_each(a, at));
     for (int i = 0; i < 8; i++)

@@ -43,6 +43,9 @@ typedef struct simd_packed {
     float mixed[16];          /* rti_f16_mix of -a and of a's lanes 16 from + 5 i + at[0] by bits */
     uint32_t same, first;     /* rti_i16_same of those lanes, 16 and from + 2; rti_first of bits, `from` of them */
     float madd[16], msub[16]; /* rti_fN_madd and _msub of a, 2 and a turned by one lane */
+    float lows_of[8], highs_of[8], both[8]; /* rti_f8_lows and _highs of a and -a; rti_f8_both of the high and the low half of a */
+    float turned8[4][8];                    /* rti_f8_turn of a, -a, 2 a, 3 a */
+    float take[8];                          /* rti_f8_take of a, lanes at[0] to at[3] modulo 8, twice */
 } simd_packed;
 
 /* min, max: of a and b, lane by lane, in the widest vectors; lt, le, eq: likewise, a bit a lane. Returns how many lanes. packed:

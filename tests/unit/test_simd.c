@@ -192,6 +192,21 @@ static void check_many(uint32_t from, const simd_packed *p)
     assert_int_equal(p->some_count, n);
 }
 
+/* Halves of eight lanes. */
+static void check_halves(const float a[16], const uint32_t at[4], uint32_t lanes, const simd_packed *p)
+{
+    for (uint32_t i = 0u; i < 8u; i++) {
+        const float sign = i < 4u ? 1.0f : -1.0f;
+        assert_true(same(p->lows_of[i], sign * a[i % 4u]) && same(p->highs_of[i], sign * a[4u + i % 4u]));
+        assert_true(same(p->both[i], a[(i + 4u) % 8u]));
+        for (uint32_t k = 0u; k < 4u; k++) {
+            const float of = a[i / 4u * 4u + k], four[4] = {of, -of, 2.0f * of, 3.0f * of};
+            assert_true(same(p->turned8[k][i], four[i % 4u]));
+        }
+        assert_true(lanes != 8u || same(p->take[i], a[at[i % 4u] % 8u]));
+    }
+}
+
 /* What is in vectors of as many lanes as the level has. */
 static void check_records(const float a[16], uint32_t bits, const uint32_t at[4], uint32_t lanes, const simd_packed *p)
 {
@@ -236,6 +251,7 @@ static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t
         check_eight(a, bits, numbers, &p);
         check_lists(bits, numbers, at, from, &p);
         check_records(a, bits, at, (uint32_t)lanes, &p);
+        check_halves(a, at, (uint32_t)lanes, &p);
         if (lanes < 16)
             continue;
         check_sixteen(a, bits, &p);

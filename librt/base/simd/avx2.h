@@ -73,6 +73,10 @@ RTI_VEC void rti_u8_pack(uint32_t *p, uint32_t bits, const uint32_t *a)
 {
     _mm256_storeu_si256((__m256i *)(void *)p, _mm256_permutevar8x32_epi32(rti_u8_load(a), rti_u8_chosen(bits)));
 }
+RTI_VEC rti_f8 rti_f8_take(const float p[8], const uint32_t lanes[8])
+{
+    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(p), _mm256_loadu_si256((const __m256i *)(const void *)lanes));
+}
 RTI_VEC void rti_u8_take(uint32_t *to, const uint32_t *from, const uint32_t *lane)
 {
     _mm256_storeu_si256((__m256i *)(void *)to, _mm256_permutevar8x32_epi32(rti_u8_load(from), rti_u8_load(lane)));

@@ -1,0 +1,95 @@
+/* Where a stream's rays are at all (bvh_stream.h), for any hit: in the box around where each enters and leaves the part, or ends.
+ * Rays of a stream start near each other and point into one octant, so slots behind them, and, where they are short, slots far
+ * ahead are entered by none: of ambient occlusion three to five of eight are in the box, in rooms three. Where no more than four
+ * are, two rays meet them at a time. (Closest hits are asked of long rays: six of eight are in their box.)
+ *
+ * The box is computed with a few roundings of a coordinate of size scale, and grown by RTK_GROW scale, which is 128.
+ */
+#ifndef RTI_BVH_STREAM_REGION_H
+#define RTI_BVH_STREAM_REGION_H
+
+#include "bvh_stream_leaf.h"
+
+#if defined RTI_PACK8 && !defined RTI_PACK
+#define STREAM_REGION 32u /* rays of a list from which on it is asked for */
+
+/* The box around all of a stream's rays; its list has them all. */
+RTI_VEC void stream_region(const streams *a, stream *s)
+{
+    const float grow = RTK_GROW * a->part->scale;
+    vec low[3], high[3];
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        low[k] = V(set)(RTK_INF);
+        high[k] = V(set)(-RTK_INF);
+    }
+    for (rtk_u32 i = 0u; i < s->n; i += RTI_SIMD) {
+        uint16_t ids[RTI_SIMD];
+        vec r[8];
+        rti_u16_last(ids, s->list + i, rtk_umin(s->n - i, RTI_SIMD));
+        V(records)(s->ray[0].inv, ids, r);
+        for (rtk_u32 k = 0u; k < 3u; k++) {
+            const vec by = V(set)(1.0f) / r[k], enter = (r[3u + k] + r[6]) * by, leave = (r[3u + k] + r[7]) * by;
+            low[k] = V(min)(low[k], V(min)(enter, leave));
+            high[k] = V(max)(high[k], V(max)(enter, leave));
+        }
+    }
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        float lows[RTI_SIMD], highs[RTI_SIMD];
+        V(store)(lows, low[k]);
+        V(store)(highs, high[k]);
+        for (rtk_u32 i = 1u; i < RTI_SIMD; i++) {
+            lows[0] = rtk_min(lows[0], lows[i]);
+            highs[0] = rtk_max(highs[0], highs[i]);
+        }
+        s->low[k] = lows[0] - grow;
+        s->high[k] = highs[0] + grow;
+    }
+}
+
+/* The slots of a node that are in the box; empty ones are inside out, and not. */
+RTI_VEC rtk_u32 stream_slots_there(const stream *s, const rtk_bvhnode *n)
+{
+    rti_m8 there = rti_m8_of(255u);
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        there = rti_m8_and(there, rti_f8_le(rti_f8_load(n->box[k][0]), rti_f8_set(s->high[k])));
+        there = rti_m8_and(there, rti_f8_le(rti_f8_set(s->low[k]), rti_f8_load(n->box[k][1])));
+    }
+    return rti_m8_bits(there);
+}
+
+/* stream_open for the slots `there`, no more than four: which rays enter the first of them is bit 0, and so on. */
+RTI_VEC rtk_u32 stream_open_four(streams *a, const stream *s, rtk_u32 octant, const rtk_bvhnode *n, rtk_u32 there,
+                                 const uint16_t *ids, rtk_u32 size)
+{
+    rti_f8 near[3], far[3];
+    rtk_u32 lanes[8] = {0u}, count = 0u, all = 0u, entered = 0u;
+    for (rtk_u32 left = there; left != 0u; left &= left - 1u) {
+        lanes[count] = lanes[4u + count] = (rtk_u32)__builtin_ctz(left);
+        count++;
+    }
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const rtk_u32 back = octant >> k & 1u;
+        near[k] = rti_f8_take(n->box[k][back], lanes);
+        far[k] = rti_f8_take(n->box[k][1u - back], lanes);
+    }
+    for (rtk_u32 i = 0u; i < size; i += 2u) {
+        const rtk_u32 at[2] = {8u * ids[i], 8u * ids[i + 1u < size ? i + 1u : i]}; /* the last may meet them twice */
+        rti_f8 r[8];
+        rti_f8_fields(s->ray[0].inv, at, r);
+        const rti_f8 t0 = rti_f8_max(rti_f8_max(rti_f8_msub(near[0], r[0], r[3]), rti_f8_msub(near[1], r[1], r[4])),
+                                     rti_f8_max(rti_f8_msub(near[2], r[2], r[5]), r[6]));
+        const rti_f8 t1 = rti_f8_min(rti_f8_min(rti_f8_msub(far[0], r[0], r[3]), rti_f8_msub(far[1], r[1], r[4])),
+                                     rti_f8_min(rti_f8_msub(far[2], r[2], r[5]), r[7]));
+        const rtk_u32 bits = rti_m8_bits(rti_f8_le(t0, t1));
+        a->bits[i] = (uint8_t)bits; /* bits above those of `there` are not read */
+        a->bits[i + 1u] = (uint8_t)(bits >> 4);
+        all |= bits;
+    }
+    all |= all >> 4;
+    for (rtk_u32 k = 0u; k < count; k++)
+        entered |= (all >> k & 1u) << lanes[k];
+    return entered;
+}
+#endif
+
+#endif
