@@ -10,7 +10,8 @@
 
 #include "bvh_build.h"
 
-#define SWEPT 64u /* references that are tried on all three axes; more are halved along the longest */
+#define SWEPT 64u /* references that are tried on all three axes; more are halved along the longest. A power of two, for `rank`  \
+                   */
 
 /* A range of items that is to become node `node`. */
 typedef struct span {
@@ -45,21 +46,39 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/* The order of few items, by x as good as 17 bits of mantissa tell, then by index: each one's place is how many are below it, so
+ * nothing has to be foreseen. */
+static void rank(const item *items, uint32_t count, uint32_t axis, uint64_t *keys)
+{
+    int32_t low[SWEPT];
+    for (uint32_t i = 0; i < count; i++) {
+        const float x = items[i].box.lo[axis] + items[i].box.hi[axis];
+        int32_t bits;
+        memcpy(&bits, &x, sizeof bits);
+        bits ^= bits >> 31 & INT32_MAX;
+        low[i] = (bits & ~(int32_t)(SWEPT - 1u)) | (int32_t)i;
+    }
+    for (uint32_t i = count; i % 4 != 0; i++)
+        low[i] = INT32_MAX; /* no item */
+    for (uint32_t i = 0; i < count; i += 4) {
+        rti_i4 own, below = {0};
+        memcpy(&own, low + i, sizeof own);
+        for (uint32_t k = 0; k < count; k++)
+            below -= rti_i4_set(low[k]) < own;
+        for (uint32_t k = 0; k < 4 && i + k < count; k++)
+            keys[below[k]] = i + k;
+    }
+}
+
 static void sort(const item *items, uint32_t count, uint32_t axis, uint64_t *keys)
 {
-    if (count > SWEPT) {
-        for (uint32_t i = 0; i < count; i++)
-            keys[i] = key_of(items[i].box.lo[axis] + items[i].box.hi[axis], i);
-        qsort(keys, count, sizeof *keys, compare);
+    if (count <= SWEPT) {
+        rank(items, count, axis, keys);
         return;
     }
-    for (uint32_t i = 0; i < count; i++) {
-        const uint64_t key = key_of(items[i].box.lo[axis] + items[i].box.hi[axis], i);
-        uint32_t at = i;
-        for (; at > 0 && key < keys[at - 1]; at--)
-            keys[at] = keys[at - 1];
-        keys[at] = key;
-    }
+    for (uint32_t i = 0; i < count; i++)
+        keys[i] = key_of(items[i].box.lo[axis] + items[i].box.hi[axis], i);
+    qsort(keys, count, sizeof *keys, compare);
 }
 
 static rti_bvh_box around(const item *items, uint32_t count)

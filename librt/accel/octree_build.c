@@ -12,30 +12,36 @@
 #define LOST        1e-42f
 #define LOST_NORMAL 1e-38f
 
-/* Three coordinates by axis a, twice, so that those of the axes after it are a load away. The fourth lane is nobody's. */
-typedef struct turned {
-    float at[8];
-} turned;
+/* What is asked of a cell's children, by axis. room: half and what it is grown by, half as much again. The fourth lanes are
+ * nobody's. */
+typedef struct middle {
+    rti_f4 mid, half, room; /* half: of a child's sides */
+} middle;
 
-static inline turned turned_of(float x, float y, float z)
+static middle middle_of(const rti_cell *cell, float grow)
 {
-    return (turned){{x, y, z, x, y, z, 0.0f, 0.0f}};
+    const rti_f4 lo = {cell->lo[0], cell->lo[1], cell->lo[2], 0.0f}, hi = {cell->hi[0], cell->hi[1], cell->hi[2], 0.0f};
+    const rti_f4 half = rti_f4_set(0.25f) * (hi - lo);
+    return (middle){rti_f4_set(0.5f) * (lo + hi), half, half + rti_f4_set(grow * 1.5f)};
 }
 
-static inline rti_f4 turned_by(const turned *t, int by)
+/* Of each axis the one after it, and the one after that. */
+static inline rti_f4 next(rti_f4 a)
 {
-    rti_f4 v;
-    memcpy(&v, t->at + by, sizeof v);
-    return v;
+    return (rti_f4){a[1], a[2], a[0], a[3]};
 }
 
-/* Bit i: the triangle's plane passes child i. e, f: two edges; v: a vertex; half: of a child's sides; room: half and what it is
- * grown by. */
-static inline unsigned by_plane(const turned *e, const turned *f, const turned *v, rti_f4 half, rti_f4 room)
+static inline rti_f4 last(rti_f4 a)
 {
-    rti_f4 x = turned_by(e, 1) * turned_by(f, 2), y = turned_by(e, 2) * turned_by(f, 1), n = x - y, v0 = turned_by(v, 0);
-    rti_f4 d = n * v0, lost = rti_f4_abs(x) + rti_f4_abs(y) + rti_f4_set(LOST_NORMAL);
-    rti_f4 reach = rti_f4_abs(n) * room + lost * (rti_f4_abs(v0) + half) * 2.0e-6f, h = n * half;
+    return (rti_f4){a[2], a[0], a[1], a[3]};
+}
+
+/* Bit i: the triangle's plane passes child i. e, f: two edges; v: a vertex. */
+static inline unsigned by_plane(const middle *m, rti_f4 e, rti_f4 f, rti_f4 v)
+{
+    rti_f4 x = next(e) * last(f), y = last(e) * next(f), n = x - y;
+    rti_f4 d = n * v, lost = rti_f4_abs(x) + rti_f4_abs(y) + rti_f4_set(LOST_NORMAL);
+    rti_f4 reach = rti_f4_abs(n) * m->room + lost * (rti_f4_abs(v) + m->half) * 2.0e-6f, h = n * m->half;
     float most = (reach[0] + reach[1] + reach[2]) + LOST, mid = d[0] + d[1] + d[2];
     rti_f4 s = mid + h[0] * (rti_f4){1, -1, 1, -1} + h[1] * (rti_f4){1, 1, -1, -1};
     rti_i4 low = (rti_i4){1, 2, 4, 8} & ~(rti_f4_abs(s + h[2]) > most),
@@ -46,18 +52,17 @@ static inline unsigned by_plane(const turned *e, const turned *f, const turned *
 
 /* Bit i: child i is not beyond an axis across an edge and an axis of the cell. Lanes are axes of the cell; with b and g the two
  * after it, a child's place along the axis across it depends on its halves of b and g alone, so four answers serve all eight. */
-static inline unsigned by_edges(const turned v[3], const turned e[3], const turned *half, const turned *room)
+static inline unsigned by_edges(const middle *m, const rti_f4 v[3], const rti_f4 e[3])
 {
     /* Children by the cell's axis, and by halves low low, high low, low high, high high of b and g. */
     static const rti_i4 children[4] = {
         {0x03, 0x05, 0x11, 0}, {0x0c, 0x50, 0x22, 0}, {0x30, 0x0a, 0x44, 0}, {0xc0, 0xa0, 0x88, 0}};
     rti_i4 out[4] = {{0}, {0}, {0}, {0}}, all = {0};
     for (int i = 0; i < 3; i++) {
-        const turned *o = &v[i == 0 ? 2 : i - 1];
-        rti_f4 eb = turned_by(&e[i], 1), eg = turned_by(&e[i], 2);
-        rti_f4 x = eb * turned_by(&v[i], 2) - eg * turned_by(&v[i], 1), y = eb * turned_by(o, 2) - eg * turned_by(o, 1);
-        rti_f4 by_b = eg * turned_by(half, 1), by_g = eb * turned_by(half, 2), sum = by_g + by_b, less = by_g - by_b;
-        rti_f4 reach = rti_f4_abs(eb) * turned_by(room, 2) + rti_f4_abs(eg) * turned_by(room, 1) + rti_f4_set(LOST);
+        const rti_f4 o = v[i == 0 ? 2 : i - 1], eb = next(e[i]), eg = last(e[i]);
+        rti_f4 x = eb * last(v[i]) - eg * next(v[i]), y = eb * last(o) - eg * next(o);
+        rti_f4 by_b = eg * next(m->half), by_g = eb * last(m->half), sum = by_g + by_b, less = by_g - by_b;
+        rti_f4 reach = rti_f4_abs(eb) * last(m->room) + rti_f4_abs(eg) * next(m->room) + rti_f4_set(LOST);
         rti_f4 low = rti_f4_min(y, x) - reach, high = rti_f4_max(x, y) + reach;
         out[0] |= (low > -less) | (high < -less);
         out[1] |= (low > -sum) | (high < -sum);
@@ -69,33 +74,20 @@ static inline unsigned by_edges(const turned v[3], const turned e[3], const turn
     return ~(unsigned)(all[0] | all[1] | all[2]);
 }
 
-/* Which of a cell's children does triangle `t` touch, grown by `grow`? Separating axes after Akenine-Moeller 2001, for all eight
+/* Which of a cell's children does triangle `t` touch, grown? Separating axes after Akenine-Moeller 2001, for all eight
  * at once. In floats: coordinates err by less than 2^-22 of the scale each, the growth is 2^-17 of it, so half as much again
  * covers every rounding (what cancels in the plane's normal has a term of its own), and what is listed too much does no harm. */
-static unsigned touched(const rtk_tri *t, const rti_cell *cell, float grow, unsigned mask)
+static unsigned touched(const rtk_tri *t, const middle *m, unsigned mask)
 {
-    const float *src[3] = {t->v0, t->v1, t->v2};
-    float mid[3], half[3];
-    turned v[3], e[3], halves, room;
-    for (int a = 0; a < 3; a++) {
-        mid[a] = 0.5f * (cell->lo[a] + cell->hi[a]);
-        half[a] = 0.25f * (cell->hi[a] - cell->lo[a]);
-    }
-    for (int i = 0; i < 3; i++)
-        v[i] = turned_of(src[i][0] - mid[0], src[i][1] - mid[1], src[i][2] - mid[2]);
-    for (int i = 0; i < 3; i++) {
-        const float *p = v[i].at, *q = v[i == 2 ? 0 : i + 1].at;
-        e[i] = turned_of(q[0] - p[0], q[1] - p[1], q[2] - p[2]);
-    }
-    grow *= 1.5f;
-    halves = turned_of(half[0], half[1], half[2]);
-    room = turned_of(half[0] + grow, half[1] + grow, half[2] + grow);
-    mask &= by_plane(&e[0], &e[1], &v[0], turned_by(&halves, 0), turned_by(&room, 0));
-    return (mask & (mask - 1)) != 0 ? mask & by_edges(v, e, &halves, &room) : mask;
+    const rti_f4 v[3] = {rti_f4_xyz(rti_f4_load(t->v0)) - m->mid, rti_f4_xyz(rti_f4_load(t->v1)) - m->mid,
+                         rti_f4_xyz(rti_f4_load(t->v2)) - m->mid}; /* what follows a corner is in the record, too */
+    const rti_f4 e[3] = {v[1] - v[0], v[2] - v[1], v[0] - v[2]};
+    mask &= by_plane(m, e[0], e[1], v[0]);
+    return (mask & (mask - 1)) != 0 ? mask & by_edges(m, v, e) : mask;
 }
 
-/* Bit i of the result: the reference belongs to child i. Boxes stay whole: only the cell counts. */
-static unsigned children_of(const rti_build *b, const rti_ref *ref, const rti_cell *cell, const rti_cell cells[8])
+/* Bit i of the result: the reference belongs to child i. Boxes stay whole: only the cell counts. cells: the children. */
+static inline unsigned children_of(const rti_build *b, const rti_ref *ref, const middle *m, const rti_cell cells[8])
 {
     static const uint8_t high_of[8] = {0xff, 0xaa, 0xcc, 0x88, 0xf0, 0xa0, 0xc0, 0x80}; /* children in all these high halves */
     static const uint8_t low_of[8] = {0xff, 0x55, 0x33, 0x11, 0x0f, 0x05, 0x03, 0x01};
@@ -107,7 +99,7 @@ static unsigned children_of(const rti_build *b, const rti_ref *ref, const rti_ce
     mask = high_of[not_low] & low_of[not_high];
     if ((mask & (mask - 1)) == 0 || ref->prim >= b->in->tri_count)
         return mask;
-    return touched(&b->in->tris[ref->prim], cell, b->in->grow, mask);
+    return touched(&b->in->tris[ref->prim], m, mask);
 }
 
 static void child_cells(const rti_cell *cell, rti_cell out[8])
@@ -130,11 +122,12 @@ static bool choose(const rti_build *b, const rti_item *it, const rti_ref *refs, 
         if (!(cells[0].hi[a] - it->cell.lo[a] > 2.0f * b->min_size))
             return false;
     memset(counts, 0, 8 * sizeof *counts);
+    const middle m = middle_of(&it->cell, b->in->grow);
     for (uint32_t i = 0; i < it->count;) {
         uint32_t end = it->count - i < 255 ? it->count : i + 255;
         uint64_t few = 0; /* eight counts, a byte each */
         for (; i < end; i++) {
-            unsigned mask = children_of(b, &refs[i], &it->cell, cells);
+            unsigned mask = children_of(b, &refs[i], &m, cells);
             masks[i] = (uint8_t)mask;
             few += ((mask * 0x0101010101010101u & 0x8040201008040201u) + 0x7f7f7f7f7f7f7f7fu) >> 7 & 0x0101010101010101u;
         }
