@@ -73,7 +73,8 @@ clang           have clang
 libclang-rt-dev has_clang_rt'
 
 PACKAGES_FULL='
-tachyon         have tachyon'
+tachyon         have tachyon
+libsimde-dev    has_header simde/x86/avx512.h'
 
 # The kernels of 64-bit ARM, from another machine; elsewhere the matrix leaves them out, or takes what is there.
 PACKAGES_ARM='

@@ -5,6 +5,7 @@
 #   bare      every optional part off                 asan    address and undefined-behaviour sanitizers
 #   tsan      thread sanitizer, what renders          msan    memory sanitizer, what reads files
 #   fuzz      each reader some seconds under libFuzzer
+#   avx512    AVX-512's kernels in other instructions; with LIBRT_FULL=1 only, where the machine has none of its own and SIMDe is installed
 #   arm       the kernels of 64-bit ARM by GCC, under qemu; with LIBRT_FULL=1 only, where the tools are (cmake/arm.cmake names them)
 #   lint      luacheck, clang-format, clang-tidy, shellcheck: those that are installed
 #
@@ -22,7 +23,7 @@ passed=0
 failed=0
 if [ $# -eq 0 ]; then
     set -- release clang bare asan tsan msan fuzz lint
-    [ "$FULL" = 0 ] || set -- "$@" arm
+    [ "$FULL" = 0 ] || set -- "$@" avx512 arm
 fi
 
 # Sanitizers: the first report ends the program; leaks count.
@@ -81,12 +82,12 @@ check() {
     shift
     began=$(now)
     limit=1200
-    [ "$variant" != arm ] || limit=7200
+    case $variant in arm | avx512) limit=7200 ;; esac
     long=0 # the hours-long figures are the release's: sanitizers would take days
     [ "$variant" != release ] || long=$FULL
     rays= # release: as many as the tests ask for; what differs elsewhere is the code's making, for which fewer do
     [ "$variant" = release ] || rays=1000
-    [ "$variant" != arm ] || rays=100 # qemu is twenty times slower
+    case $variant in arm | avx512) rays=100 ;; esac # twenty times slower
     LIBRT_FULL=$long LIBRT_RAYS=$rays ctest --test-dir "out-$variant" -j "$JOBS" --timeout "$limit" --output-on-failure --no-tests=error "$@" >"$LOGS/$variant.log" 2>&1
     status=$?
     # "97% tests passed, 1 tests failed out of 33"
@@ -135,6 +136,7 @@ clang_less='^cli\.|^unit\.(base|checkpoint)$|\.gc$|\.generational$|^lua\.alloc$|
 bare_less='^variants\.|^hash\.(generic|sse42|avx2)$|^unit\.(kernel_|tri_lanes$|lanes$|motion$|camera$|tree$|render_|base$)'
 asan_less='^lua\.alloc$|^unit\.(camera|motion)$|\.generational$|^cli\.(animate|bench|help|limit|replay|report|sdf|sweep|tree|tutorial)|^hash\.generic$|^variants\.tracers(\.generic)?$'
 arm_tests='^variants\.|^hash\.|^unit\.(kernel_|tri_lanes$|lanes$|isa$|kd_wide$|tree)'
+avx512_tests='^variants\..*avx512|^hash\.|^unit\.(simd|lanes|tri_lanes|isa|kd_wide|tree|extreme)$'
 asan_isas=AUTO
 few_isas=NONE
 slow='slow|source'
@@ -160,6 +162,15 @@ for variant in "$@"; do
     tsan) build tsan tests_threads "-DLIBRT_ISAS=$few_isas" && check tsan -L threads && compare_hashes tsan ;;
     msan) build msan tests_readers "-DLIBRT_ISAS=$few_isas" && check msan -L readers ;;
     fuzz) build fuzz tests_fuzz "-DLIBRT_ISAS=$few_isas" "-DLIBRT_FUZZ_SECONDS=$seconds" && check fuzz -L fuzz ;;
+    avx512)
+        if grep -q avx512_vbmi2 /proc/cpuinfo 2>/dev/null; then
+            row avx512 "left out: this machine has it, and the release's tests used it"
+        elif ! grep -q avx2 /proc/cpuinfo 2>/dev/null || [ ! -f /usr/include/simde/x86/avx512.h ]; then
+            row avx512 "left out: no AVX2, or SIMDe is not installed"
+        else
+            build avx512 all && check avx512 -LE source -R "$avx512_tests" && compare_hashes avx512
+        fi
+        ;;
     arm)
         if command -v aarch64-linux-gnu-gcc >/dev/null 2>&1 && command -v qemu-aarch64 >/dev/null 2>&1; then
             build arm all && check arm -R "$arm_tests" && compare_hashes arm

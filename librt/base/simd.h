@@ -85,7 +85,7 @@
 /* Of hot files, too: a function that is called, where its registers are better its own. */
 #define RTI_APART __attribute__((noinline, unused)) static
 
-#if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__)
+#if (defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__)) || defined(LIBRT_EMULATED)
 #include "simd/avx512.h"
 #elif defined(__AVX2__) && defined(__FMA__)
 #include "simd/avx2.h"

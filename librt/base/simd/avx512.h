@@ -1,6 +1,8 @@
 /* Four, eight and sixteen lanes, AVX-512 with VL, DQ and BW, and with VBMI2 where the level has it: masks are bits. Included by
  * simd.h. */
+#ifndef LIBRT_EMULATED /* else they are there (tests/emulate/avx512.h) */
 #include <immintrin.h>
+#endif
 
 #define RTI_SIMD 16
 
