@@ -10,8 +10,9 @@
 
 #include "bvh_build.h"
 
-#define SWEPT 64u /* references that are tried on all three axes; more are halved along the longest. A power of two, for `rank`  \
-                   */
+#define SWEPT 64u /* references that are tried on all three axes; more are halved along the longest */
+
+_Static_assert((SWEPT & (SWEPT - 1u)) == 0u, "an index takes the lowest bits of a number (rank)");
 
 /* A range of items that is to become node `node`. */
 typedef struct span {
