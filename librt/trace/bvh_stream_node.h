@@ -104,6 +104,8 @@ RTI_VEC rtk_u32 stream_open(streams *a, const stream *s, rtk_u32 mode, rtk_u32 o
         const rtk_u32 some = stream_slots_there(s, n);
         if (__builtin_popcount(some) <= 4) {
             *there = some;
+            if (some == 0u)
+                return 0u;
             rti_f8_store(least, rti_f8_set(STREAM_FRONT));
             return stream_open_four(a, s, octant, n, some, ids, size);
         }

@@ -3,7 +3,8 @@
  * ahead are entered by none: of ambient occlusion three to five of eight are in the box, in rooms three. Where no more than four
  * are, two rays meet them at a time. (Closest hits are asked of long rays: six of eight are in their box.)
  *
- * The box is computed with a few roundings of a coordinate of size scale, and grown by RTK_GROW scale, which is 128.
+ * The box's planes err by some ten roundings of a coordinate of size scale (an origin is at most RTK_FAR scale away), and are
+ * moved apart by RTK_GROW scale, 128 of them.
  */
 #ifndef RTI_BVH_STREAM_REGION_H
 #define RTI_BVH_STREAM_REGION_H

@@ -104,19 +104,19 @@ EMULATED uint32_t _pdep_u32(uint32_t bits, uint32_t to)
 
 /* ---- from one type to another ---- */
 
-#define CONVERT(name, to, to_type, from, from_type)                                                                              \
+#define CONVERT(name, to, to_type, from, from_type, in_range, else_value)                                                        \
     EMULATED to name(from a)                                                                                                     \
     {                                                                                                                            \
         LANES(from_type, 16, x, a);                                                                                              \
         to_type y[16];                                                                                                           \
         for (int i = 0; i < 16; i++)                                                                                             \
-            y[i] = (to_type)x[i];                                                                                                \
+            y[i] = (in_range) ? (to_type)x[i] : (else_value);                                                                    \
         VECTOR(to, r, y);                                                                                                        \
         return r;                                                                                                                \
     }
-CONVERT(_mm512_cvtepi32_epi16, __m256i, uint16_t, __m512i, uint32_t)
-CONVERT(_mm512_cvtepu16_epi32, __m512i, uint32_t, __m256i, uint16_t)
-CONVERT(_mm512_cvttps_epi32, __m512i, int32_t, __m512, float)
+CONVERT(_mm512_cvtepi32_epi16, __m256i, uint16_t, __m512i, uint32_t, 1, 0)
+CONVERT(_mm512_cvtepu16_epi32, __m512i, uint32_t, __m256i, uint16_t, 1, 0)
+CONVERT(_mm512_cvttps_epi32, __m512i, int32_t, __m512, float, x[i] >= -2147483648.0f && x[i] < 2147483648.0f, INT32_MIN)
 #undef CONVERT
 
 /* ---- lanes elsewhere ---- */
