@@ -74,8 +74,8 @@ static inline unsigned by_edges(const middle *m, const rti_f4 v[3], const rti_f4
     return ~(unsigned)(all[0] | all[1] | all[2]);
 }
 
-/* Which of a cell's children does triangle `t` touch, grown? Separating axes after Akenine-Moeller 2001, for all eight
- * at once. In floats: coordinates err by less than 2^-22 of the scale each, the growth is 2^-17 of it, so half as much again
+/* Which of a cell's children, grown, does triangle `t` touch? Separating axes after Akenine-Moeller 2001, for all eight at once.
+ * In floats: coordinates err by less than 2^-22 of the scale each, the growth is 2^-17 of it, so half as much again
  * covers every rounding (what cancels in the plane's normal has a term of its own), and what is listed too much does no harm. */
 static unsigned touched(const rtk_tri *t, const middle *m, unsigned mask)
 {

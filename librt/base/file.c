@@ -108,7 +108,9 @@ static rt_status read_all(rt_context *ctx, int fd, const char *path, uint64_t li
         }
     }
     if (used != capacity) { /* the caller frees size + 1 bytes */
-        void *fitted = rti_realloc(ctx, block, capacity + 1, used + 1);
+        void *fitted = rti_shrink(ctx, block, capacity + 1, used + 1);
+        if (!fitted)
+            fitted = rti_realloc(ctx, block, capacity + 1, used + 1);
         if (!fitted) {
             rti_free(ctx, block, capacity + 1);
             return rti_fail_memory(ctx, rti_quote(name, sizeof name, path, strlen(path)), used + 1);

@@ -2,6 +2,7 @@
 #ifndef RTI_BVH_STREAM_NODE_H
 #define RTI_BVH_STREAM_NODE_H
 
+#include "bvh_stream_leaf.h"
 #include "bvh_stream_region.h"
 
 #ifdef RTI_PACK

@@ -9,7 +9,7 @@
 #ifndef RTI_BVH_STREAM_REGION_H
 #define RTI_BVH_STREAM_REGION_H
 
-#include "bvh_stream_leaf.h"
+#include "bvh_stream.h"
 
 #if defined RTI_PACK8 && !defined RTI_PACK
 #define STREAM_REGION 32u /* rays of a list from which on it is asked for */

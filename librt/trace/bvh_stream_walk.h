@@ -248,7 +248,7 @@ RTI_VEC void stream_start(const streams *a, stream *s, rtk_u32 mode)
         s->list[i] = (uint16_t)i;
     s->lists[0] = s->n << 16;
 #ifdef RTI_PACK8
-    if (mode & RTK_MODE_ANY)
+    if ((mode & RTK_MODE_ANY) && s->n >= STREAM_REGION)
         stream_region(a, s);
 #endif
 #endif
