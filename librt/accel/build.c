@@ -109,14 +109,14 @@ size_t rti_out_nodes(rt_context *ctx, rti_tree_out *out, size_t more)
     return first;
 }
 
-bool rti_out_refs(rt_context *ctx, rti_tree_out *out, const rti_ref *refs, uint32_t count, uint32_t *first)
+bool rti_out_refs(rt_context *ctx, rti_tree_out *out, const rti_ref *refs, const uint32_t *which, uint32_t count, uint32_t *first)
 {
     if (out->ref_count > RTI_REF_MAX - count ||
         !rti_reserve(ctx, (void **)&out->refs, &out->ref_capacity, out->ref_count, count, sizeof *out->refs))
         return false;
     *first = (uint32_t)out->ref_count;
     for (uint32_t i = 0; i < count; i++)
-        out->refs[out->ref_count + i] = refs[i].prim;
+        out->refs[out->ref_count + i] = refs[which ? which[i] : i].prim;
     out->ref_count += count;
     return true;
 }

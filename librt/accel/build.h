@@ -55,7 +55,9 @@ typedef struct rti_tree_out {
 } rti_tree_out;
 /* Room for `more` nodes at the end, zeroed; SIZE_MAX: no memory. */
 size_t rti_out_nodes(rt_context *ctx, rti_tree_out *out, size_t more);
-bool rti_out_refs(rt_context *ctx, rti_tree_out *out, const rti_ref *refs, uint32_t count, uint32_t *first);
+/* which: places in `refs`; NULL: 0, 1 and so on. */
+bool rti_out_refs(rt_context *ctx, rti_tree_out *out, const rti_ref *refs, const uint32_t *which, uint32_t count,
+                  uint32_t *first);
 void rti_out_free(rt_context *ctx, rti_tree_out *out);
 
 /* One part of a tree: its root stands in the top's node `slot`, the rest is appended. */

@@ -1,22 +1,7 @@
 /* Splits of the BVH's builder by bins: where bins stand, and what is compiled for each instruction set (bvh_bins.c). */
 #include "bvh_build.h"
 
-#define EXTERN(name, level) extern const rti_bvh_kernels rti_bvh_kernels_##name;
-RTI_ISA_EACH(EXTERN)
-#undef EXTERN
-
-const rti_bvh_kernels *rti_bvh_kernels_at(rti_isa isa)
-{
-    switch (isa) {
-#define KERNELS(name, level)                                                                                                     \
-    case level:                                                                                                                  \
-        return &rti_bvh_kernels_##name;
-        RTI_ISA_EACH(KERNELS)
-#undef KERNELS
-    default:
-        return &rti_bvh_kernels_generic;
-    }
-}
+RTI_ISA_TABLES(rti_bvh_kernels, rti_bvh_kernels_at)
 
 void rti_bvh_split_begin(const rti_bvh_range *range, rti_bvh_split *s)
 {

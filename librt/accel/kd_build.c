@@ -83,7 +83,7 @@ static bool write_leaf(worker *w, const rti_item *it)
 {
     uint32_t first;
     w->top -= it->count;
-    if (!rti_out_refs(w->ctx, w->out, w->stack + w->top, it->count, &first))
+    if (!rti_out_refs(w->ctx, w->out, w->stack + w->top, NULL, it->count, &first))
         return false;
     rti_kd_node *node = (rti_kd_node *)w->out->nodes + it->node;
     node->node.a = first;

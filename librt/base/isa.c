@@ -75,23 +75,14 @@ static bool machine_runs(rti_isa isa)
 bool rti_isa_runs(rti_isa isa)
 {
     switch (isa) {
-    case RTI_ISA_GENERIC:
-        return true;
 #define COMPILED(name, level)                                                                                                    \
     case level:                                                                                                                  \
-        break;
-        /* clang-format off */
-    RTI_ISA_X_SSE42(COMPILED)
-    RTI_ISA_X_AVX2(COMPILED)
-    RTI_ISA_X_AVX512(COMPILED)
-    RTI_ISA_X_AVX512_VBMI2(COMPILED)
-    RTI_ISA_X_NEON(COMPILED)
+        return level == RTI_ISA_GENERIC || machine_runs(isa);
+        RTI_ISA_EACH(COMPILED)
+#undef COMPILED
     default:
         return false;
-        /* clang-format on */
-#undef COMPILED
     }
-    return machine_runs(isa);
 }
 
 rti_isa rti_isa_best(void)

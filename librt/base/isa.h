@@ -36,35 +36,53 @@ typedef enum rti_isa {
 #define RTI_ISA_IS_neon         RTI_ISA_NEON
 #define RTI_ISA_LEVEL           RTI_ISA_NAMED(RTI_ISA)
 
-/* The copies that this build holds, for tables: X(name, level). */
+/* The copies that this build holds, for tables: X(name, level), or X(name, level, of). */
 #if defined(RTI_HAVE_SSE42)
-#define RTI_ISA_X_SSE42(X) X(sse42, RTI_ISA_SSE42)
+#define RTI_ISA_X_SSE42(X, of) X(sse42, RTI_ISA_SSE42, of)
 #else
-#define RTI_ISA_X_SSE42(X)
+#define RTI_ISA_X_SSE42(X, of)
 #endif
 #if defined(RTI_HAVE_AVX2)
-#define RTI_ISA_X_AVX2(X) X(avx2, RTI_ISA_AVX2)
+#define RTI_ISA_X_AVX2(X, of) X(avx2, RTI_ISA_AVX2, of)
 #else
-#define RTI_ISA_X_AVX2(X)
+#define RTI_ISA_X_AVX2(X, of)
 #endif
 #if defined(RTI_HAVE_AVX512)
-#define RTI_ISA_X_AVX512(X) X(avx512, RTI_ISA_AVX512)
+#define RTI_ISA_X_AVX512(X, of) X(avx512, RTI_ISA_AVX512, of)
 #else
-#define RTI_ISA_X_AVX512(X)
+#define RTI_ISA_X_AVX512(X, of)
 #endif
 #if defined(RTI_HAVE_AVX512_VBMI2)
-#define RTI_ISA_X_AVX512_VBMI2(X) X(avx512_vbmi2, RTI_ISA_AVX512_VBMI2)
+#define RTI_ISA_X_AVX512_VBMI2(X, of) X(avx512_vbmi2, RTI_ISA_AVX512_VBMI2, of)
 #else
-#define RTI_ISA_X_AVX512_VBMI2(X)
+#define RTI_ISA_X_AVX512_VBMI2(X, of)
 #endif
 #if defined(RTI_HAVE_NEON)
-#define RTI_ISA_X_NEON(X) X(neon, RTI_ISA_NEON)
+#define RTI_ISA_X_NEON(X, of) X(neon, RTI_ISA_NEON, of)
 #else
-#define RTI_ISA_X_NEON(X)
+#define RTI_ISA_X_NEON(X, of)
 #endif
-#define RTI_ISA_EACH(X)                                                                                                          \
-    X(generic, RTI_ISA_GENERIC)                                                                                                  \
-    RTI_ISA_X_SSE42(X) RTI_ISA_X_AVX2(X) RTI_ISA_X_AVX512(X) RTI_ISA_X_AVX512_VBMI2(X) RTI_ISA_X_NEON(X)
+#define RTI_ISA_EACH_OF(X, of)                                                                                                   \
+    X(generic, RTI_ISA_GENERIC, of)                                                                                              \
+    RTI_ISA_X_SSE42(X, of) RTI_ISA_X_AVX2(X, of) RTI_ISA_X_AVX512(X, of) RTI_ISA_X_AVX512_VBMI2(X, of) RTI_ISA_X_NEON(X, of)
+#define RTI_ISA_PLAIN_(name, level, X) X(name, level)
+#define RTI_ISA_EACH(X)                RTI_ISA_EACH_OF(RTI_ISA_PLAIN_, X)
+
+/* Defines `const of *at(rti_isa)`, which picks among the tables of type `of` that a hot file exports by the type's name. */
+#define RTI_ISA_TABLES(of, at)                                                                                                   \
+    RTI_ISA_EACH_OF(RTI_ISA_TABLE_, of)                                                                                          \
+    const of *at(rti_isa isa)                                                                                                    \
+    {                                                                                                                            \
+        switch (isa) {                                                                                                           \
+            RTI_ISA_EACH_OF(RTI_ISA_CASE_, of)                                                                                   \
+        default:                                                                                                                 \
+            return &of##_generic;                                                                                                \
+        }                                                                                                                        \
+    }
+#define RTI_ISA_TABLE_(name, level, of) extern const of of##_##name;
+#define RTI_ISA_CASE_(name, level, of)                                                                                           \
+    case level:                                                                                                                  \
+        return &of##_##name;
 
 const char *rti_isa_name(rti_isa isa);
 bool rti_isa_runs(rti_isa isa); /* this build holds it, and processor and system can do it */

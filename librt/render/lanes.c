@@ -3,18 +3,7 @@
 #include "lanes_table.h"
 #include "shade.h"
 
-const rti_lanes *rti_lanes_find(rti_isa isa)
-{
-    switch (isa) {
-#define LANES(name, level)                                                                                                       \
-    case level:                                                                                                                  \
-        return &rti_lanes_##name;
-        RTI_ISA_EACH(LANES)
-#undef LANES
-    default:
-        return &rti_lanes_generic;
-    }
-}
+RTI_ISA_TABLES(rti_lanes, rti_lanes_find)
 
 static uint32_t depth_at(const rti_worker *w, uint32_t i)
 {
