@@ -74,7 +74,7 @@ RTI_VEC rtk_u32 bvh_open(const rtk_bvhnode *n, const bvh_ray *v, float reach, fl
 }
 
 /* Is a tree too large for the nearer caches, so that what comes next is worth asking for ahead? */
-#define BVH_LARGE ((size_t)16 << 20)
+#define BVH_LARGE ((size_t)8 << 20)
 RTI_VEC int bvh_large(const rtk_tree *tree)
 {
     return tree->block_count > BVH_LARGE / sizeof *tree->blocks;

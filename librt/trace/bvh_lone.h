@@ -97,12 +97,17 @@ RTI_VEC void lone_settle(lone *l)
         }
         l->far = rtk_min(l->far, l->t);
     }
-    const rtk_tri *tri = &l->group->tris[ref];
     l->best.t = l->t;
     l->best.u = l->u;
     l->best.v = l->v;
-    l->best.prim = tri->prim;
-    l->best.geom = tri->geom;
+    if (l->group->geom_count == 1u) { /* a mesh's triangles stand in their order: its record need not be fetched */
+        l->best.prim = ref;
+        l->best.geom = 0u;
+    } else {
+        const rtk_tri *tri = &l->group->tris[ref];
+        l->best.prim = tri->prim;
+        l->best.geom = tri->geom;
+    }
     l->best.inst = l->part ? RTK_INVALID : l->q->inst;
 }
 
@@ -111,6 +116,16 @@ RTI_APART int lone_ask(lone *l, rtk_u32 mode, rtk_u32 ref)
     if (!(mode & RTK_MODE_ANY))
         lone_settle(l);
     return lone_ask_plain(l, mode, ref);
+}
+
+/* What lone_settle will read of a place. */
+RTI_VEC void lone_expect(const lone *l, rtk_u32 place)
+{
+    const rtk_u32 *ref = &l->tree->refs[place];
+    if (l->group->geom_count == 1u)
+        __builtin_prefetch(ref);
+    else
+        __builtin_prefetch(&l->group->tris[*ref].geom);
 }
 
 /* A hit for certain. Returns 1 when the walk may end. */
@@ -129,6 +144,7 @@ RTI_VEC int lone_take(lone *l, rtk_u32 mode, rtk_u32 place, float t, float u, fl
         l->v = v;
         l->late = place;
         l->far = rtk_min(l->far, t);
+        lone_expect(l, place);
     }
     return 0;
 }
