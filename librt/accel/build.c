@@ -96,6 +96,7 @@ void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_buil
         b->duplication = rtk_min(b->duplication, 8.0f);
     b->min_size = 0.5f * input->grow;
     b->clip_above = s->builder == RTI_BUILD_KD_BINNED ? 16 : 0;
+    b->isa = RTI_ISA_GENERIC;
     b->cancel = cancel;
 }
 
@@ -228,6 +229,7 @@ rt_status rti_tree_build(rt_context *ctx, const rti_build_input *input, const rt
                         "instances",
                         input->tri_count, input->box_count, RTI_REF_MAX);
     rti_build_settle(&b, input, settings, cancel);
+    b.isa = rti_context_isa(ctx);
     if (rti_cancelled(cancel))
         status = RT_ERROR_CANCELLED;
     else if (b.builder == RTI_BUILD_OCTREE)

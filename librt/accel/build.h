@@ -2,6 +2,7 @@
 #ifndef RTI_BUILD_H
 #define RTI_BUILD_H
 
+#include "../base/isa.h"
 #include "../kernel/kd.h"
 #include "../kernel/octree.h"
 #include "accel.h"
@@ -28,10 +29,19 @@ typedef struct rti_build {
     float cost_traverse, cost_intersect, empty_bonus, duplication;
     float min_size;
     uint32_t clip_above; /* triangles are clipped in nodes of more references */
+    rti_isa isa;
     rti_cancel *cancel;
 } rti_build;
 
+/* All but isa. */
 void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_build_settings *settings, rti_cancel *cancel);
+
+/* Asks for a triangle ahead, which may lie across two lines of a cache. */
+static inline void rti_tri_expect(const rtk_tri *tri)
+{
+    __builtin_prefetch(tri);
+    __builtin_prefetch(&tri->v2[2]);
+}
 
 /* The reference of primitive `prim` at the root; false when it does not touch the root box (or is not finite). */
 bool rti_ref_root(const rti_build *b, uint32_t prim, rti_ref *out);

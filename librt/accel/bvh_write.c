@@ -158,7 +158,7 @@ static void put_all_blocked(const writer *w, const slots *s, totals *at, uint32_
         const leaf *l = &s->leaf[i];
         const uint32_t some = in_blocks(w->t, *l) ? rtk_umin(l->count, 4 * RTK_BVH_BLOCK) : 0;
         for (uint32_t k = 0; k < some; k++)
-            __builtin_prefetch(&w->t->b->in->tris[l->prims[k]]);
+            rti_tri_expect(&w->t->b->in->tris[l->prims[k]]);
     }
     for (uint32_t size = RTK_BVH_BLOCK; size > 0; size--)
         for (uint32_t i = 0; i < s->count; i++)

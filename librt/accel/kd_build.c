@@ -50,6 +50,9 @@ static void deal_some(const rti_build *b, const rti_item *it, const rti_kd_split
         rights += in_right & !in_left;
         boths += in_right & in_left;
     }
+    for (uint32_t i = 0; i < boths && clip; i++)
+        if (both[i].prim < b->in->tri_count)
+            rti_tri_expect(&b->in->tris[both[i].prim]);
     for (uint32_t i = 0; i < boths; i++) {
         unsigned sides = rti_ref_cut(b, &it->cell, &both[i], axis, pos, clip, &l, &r);
         left[lefts] = l;

@@ -8,25 +8,19 @@
  */
 #include <stdlib.h>
 
-#include "bvh_build.h"
+#include "kd_build.h"
 
-#define SWEPT 64u /* references that are tried on all three axes; more are halved along the longest */
-
-_Static_assert((SWEPT & (SWEPT - 1u)) == 0u, "an index takes the lowest bits of a number (rank)");
+RTI_ISA_TABLES(rti_kd_piece_kernels, rti_kd_piece_kernels_at)
 
 /* A range of items that is to become node `node`. */
 typedef struct span {
     uint32_t begin, count, node;
 } span;
 
-typedef struct item {
-    rti_bvh_box box;
-    uint32_t prim;
-} item;
-
 typedef struct cutter {
     const rti_bvh *t;
-    item *items, *spare;
+    const rti_kd_piece_kernels *kernels;
+    rti_ref *items, *spare;
     uint64_t *keys;
     span *spans;
     size_t item_capacity, spare_capacity, key_capacity, span_capacity, span_count;
@@ -47,136 +41,23 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The order of few items, by x as good as 17 bits of mantissa tell, then by index: each one's place is how many are below it, so
- * nothing has to be foreseen. */
-static void rank(const item *items, uint32_t count, uint32_t axis, uint64_t *keys)
+/* Puts more than are swept in order along their box's longest axis; returns how many of them are the left half. */
+static uint32_t halve(const cutter *c, const rti_ref *items, uint32_t count, rti_bvh_box box, rti_ref *sorted)
 {
-    int32_t low[SWEPT];
-    for (uint32_t i = 0; i < count; i++) {
-        const float x = items[i].box.lo[axis] + items[i].box.hi[axis];
-        int32_t bits;
-        memcpy(&bits, &x, sizeof bits);
-        bits ^= bits >> 31 & INT32_MAX;
-        low[i] = (bits & ~(int32_t)(SWEPT - 1u)) | (int32_t)i;
-    }
-    for (uint32_t i = count; i % 4 != 0; i++)
-        low[i] = INT32_MAX; /* no item */
-    for (uint32_t i = 0; i < count; i += 4) {
-        rti_i4 own, below = {0};
-        memcpy(&own, low + i, sizeof own);
-        for (uint32_t k = 0; k < count; k++)
-            below -= rti_i4_set(low[k]) < own;
-        for (uint32_t k = 0; k < 4 && i + k < count; k++)
-            keys[below[k]] = i + k;
-    }
-}
-
-static void sort(const item *items, uint32_t count, uint32_t axis, uint64_t *keys)
-{
-    if (count <= SWEPT) {
-        rank(items, count, axis, keys);
-        return;
-    }
+    const rti_f4 d = box.hi - box.lo;
+    const uint32_t axis = d[0] >= d[1] && d[0] >= d[2] ? 0 : (d[1] >= d[2] ? 1 : 2);
     for (uint32_t i = 0; i < count; i++)
-        keys[i] = key_of(items[i].box.lo[axis] + items[i].box.hi[axis], i);
-    qsort(keys, count, sizeof *keys, compare);
-}
-
-static rti_bvh_box around(const item *items, uint32_t count)
-{
-    rti_bvh_box box = rti_bvh_nothing();
+        c->keys[i] = key_of(items[i].lo[axis] + items[i].hi[axis], i);
+    qsort(c->keys, count, sizeof *c->keys, compare);
     for (uint32_t i = 0; i < count; i++)
-        rti_bvh_extend(&box, items[i].box);
-    return box;
-}
-
-/* The cheapest place to part sorted items at, whole blocks on the left; *cost: what it costs. */
-static uint32_t sweep(const rti_bvh *t, const item *items, const uint64_t *keys, uint32_t count, float *cost)
-{
-    float right[SWEPT / RTK_BVH_BLOCK];
-    rti_bvh_box box = rti_bvh_nothing();
-    uint32_t best = RTK_BVH_BLOCK;
-    for (uint32_t i = count; i-- > RTK_BVH_BLOCK;) {
-        rti_bvh_extend(&box, items[(uint32_t)keys[i]].box);
-        if (i % RTK_BVH_BLOCK == 0)
-            right[i / RTK_BVH_BLOCK] = rti_bvh_area(t, box) * rti_bvh_leaf_cost(t, count - i);
-    }
-    *cost = RTK_INF;
-    box = rti_bvh_nothing();
-    for (uint32_t i = 0; i + RTK_BVH_BLOCK < count; i += RTK_BVH_BLOCK) {
-        float sum;
-        for (uint32_t k = i; k < i + RTK_BVH_BLOCK; k++)
-            rti_bvh_extend(&box, items[(uint32_t)keys[k]].box);
-        sum = rti_bvh_area(t, box) * rti_bvh_leaf_cost(t, i + RTK_BVH_BLOCK) + right[i / RTK_BVH_BLOCK + 1];
-        if (sum < *cost) {
-            *cost = sum;
-            best = i + RTK_BVH_BLOCK;
-        }
-    }
-    return best;
-}
-
-/* Of a range's items the order in which the first of them, as many as is returned, are the left part. Keys have room for two. */
-static uint32_t part(const rti_bvh *t, const item *items, uint32_t count, uint64_t *keys)
-{
-    uint32_t at = 0;
-    float least = RTK_INF;
-    if (count > SWEPT) {
-        const rti_bvh_box box = around(items, count);
-        const rti_f4 d = box.hi - box.lo;
-        sort(items, count, d[0] >= d[1] && d[0] >= d[2] ? 0 : (d[1] >= d[2] ? 1 : 2), keys);
-        return count / 2 / RTK_BVH_BLOCK * RTK_BVH_BLOCK;
-    }
-    for (uint32_t axis = 0; axis < 3; axis++) {
-        uint64_t *to = axis == 0 ? keys : keys + count;
-        float cost;
-        uint32_t place;
-        sort(items, count, axis, to);
-        place = sweep(t, items, to, count, &cost);
-        if (axis > 0 && !(cost < least))
-            continue;
-        if (axis > 0)
-            memcpy(keys, to, count * sizeof *keys);
-        least = cost;
-        at = place;
-    }
-    return at;
+        sorted[i] = items[(uint32_t)c->keys[i]];
+    return count / 2 / RTK_BVH_BLOCK * RTK_BVH_BLOCK;
 }
 
 /* A large leaf, node `node` of the kd-tree: its references are from `first` on, its pieces' nodes from `extra` on. */
 typedef struct large {
     uint32_t node, first, count, extra;
 } large;
-
-static void take_items(const cutter *c, const large *l)
-{
-    const rti_build_input *in = c->t->b->in;
-    const rti_kd_node *leaf = &c->t->kd[l->node];
-    const rti_bvh_box all = {{leaf->lo[0], leaf->lo[1], leaf->lo[2]}, {leaf->hi[0], leaf->hi[1], leaf->hi[2]}};
-    const rti_f4 grow = rti_f4_set(in->grow);
-    rti_cell cell;
-    rti_ref clipped;
-    memcpy(cell.lo, leaf->lo, sizeof cell.lo);
-    memcpy(cell.hi, leaf->hi, sizeof cell.hi);
-    for (uint32_t i = 0; i < l->count; i++) {
-        item *it = &c->items[i];
-        it->prim = c->t->kd_refs[l->first + i];
-        const rtk_tri *tri = &in->tris[it->prim];
-        const rti_f4 v[3] = {{tri->v0[0], tri->v0[1], tri->v0[2], 0.0f},
-                             {tri->v1[0], tri->v1[1], tri->v1[2], 0.0f},
-                             {tri->v2[0], tri->v2[1], tri->v2[2], 0.0f}};
-        it->box.lo = rti_f4_min(rti_f4_min(v[0], v[1]), v[2]) - grow;
-        it->box.hi = rti_f4_max(rti_f4_max(v[0], v[1]), v[2]) + grow;
-        if (rti_f4_below(all.lo, it->box.lo) && rti_f4_below(it->box.hi, all.hi))
-            continue;
-        if (rti_ref_clip(c->t->b, &cell, it->prim, &clipped)) {
-            it->box = rti_bvh_ref_box(&clipped);
-        } else { /* the builder cuts boxes alone where references are few */
-            it->box.lo = rti_f4_max(it->box.lo, all.lo);
-            it->box.hi = rti_f4_min(it->box.hi, all.hi);
-        }
-    }
-}
 
 static bool push(cutter *c, span s)
 {
@@ -191,15 +72,7 @@ static bool reserve(cutter *c, uint32_t count)
     rt_context *ctx = c->t->ctx;
     return rti_reserve(ctx, (void **)&c->items, &c->item_capacity, 0, count, sizeof *c->items) &&
            rti_reserve(ctx, (void **)&c->spare, &c->spare_capacity, 0, count, sizeof *c->spare) &&
-           rti_reserve(ctx, (void **)&c->keys, &c->key_capacity, count, count, sizeof *c->keys);
-}
-
-/* Puts a range's items in the order of the keys. */
-static void put_in_order(cutter *c, item *items, uint32_t count)
-{
-    for (uint32_t i = 0; i < count; i++)
-        c->spare[i] = items[(uint32_t)c->keys[i]];
-    memcpy(items, c->spare, count * sizeof *items);
+           rti_reserve(ctx, (void **)&c->keys, &c->key_capacity, 0, count, sizeof *c->keys);
 }
 
 static bool cut_leaf(cutter *c, const large *l)
@@ -208,11 +81,11 @@ static bool cut_leaf(cutter *c, const large *l)
     uint32_t extra = l->extra;
     if (!reserve(c, l->count) || !push(c, (span){0, l->count, l->node}))
         return false;
-    take_items(c, l);
+    c->kernels->refs(t->b->in, t->kd[l->node].lo, t->kd[l->node].hi, t->kd_refs + l->first, l->count, c->items);
     while (c->span_count > 0) {
         const span s = c->spans[--c->span_count];
-        item *items = c->items + s.begin;
-        const rti_bvh_box box = around(items, s.count);
+        rti_ref *items = c->items + s.begin;
+        const rti_bvh_box box = c->kernels->around(items, s.count);
         rti_bvh_node *n = &t->nodes[s.node];
         for (int a = 0; a < 3; a++) {
             n->lo[a] = box.lo[a];
@@ -225,8 +98,9 @@ static bool cut_leaf(cutter *c, const large *l)
                 t->order[n->child + i] = items[i].prim;
             continue;
         }
-        const uint32_t left = part(t, items, s.count, c->keys);
-        put_in_order(c, items, s.count);
+        const uint32_t left =
+            s.count > RTI_KD_SWEPT ? halve(c, items, s.count, box, c->spare) : c->kernels->part(t, items, s.count, c->spare);
+        memcpy(items, c->spare, s.count * sizeof *items);
         n->child = extra;
         n->count = 0;
         extra += 2;
@@ -309,7 +183,7 @@ static void cut_task(void *data, uint32_t index)
 {
     const job *j = data;
     const uint32_t begin = index * CHUNK, end = rtk_umin(begin + CHUNK, j->t->kd_count);
-    cutter c = {.t = j->t};
+    cutter c = {.t = j->t, .kernels = rti_kd_piece_kernels_at(rti_context_isa(j->t->ctx))};
     j->got[index] = take_leaves(j->t, &c, begin, end, j->extra[index]);
     rti_free(j->t->ctx, c.items, c.item_capacity * sizeof *c.items);
     rti_free(j->t->ctx, c.spare, c.spare_capacity * sizeof *c.spare);

@@ -9,10 +9,8 @@
  */
 #include <string.h>
 
-#include "build.h"
-#include "vectors.h"
+#include "kd_build.h"
 
-#define MAX_BINS   64u
 #define SAMPLE     2048u /* references that speak for a large node */
 #define EDGE_ABOVE 40u   /* the binned builder takes edges between bins as they are in nodes of more references */
 #define DIRECT_MAX 16u   /* up to this many references every bound is tried with a count of its own */
@@ -132,6 +130,8 @@ static void sweep(const measure *m, uint32_t axis, const float *los, uint32_t lo
 
 /* ---- few references: every bound is tried ------------------------------------------------------------------------------- */
 
+RTI_ISA_TABLES(rti_kd_bin_kernels, rti_kd_bin_kernels_at)
+
 enum { LANES = 4 };
 
 /* The cheapest of the planes seen so far, a lane each. at: 64 * axis + index of the plane. */
@@ -213,14 +213,6 @@ static void split_direct(const measure m[3], const rti_ref *refs, uint32_t count
 
 /* ---- many: bins ----------------------------------------------------------------------------------------------------------- */
 
-/* Bounds a bin, by axis; the fourth lane is nobody's. */
-typedef struct bins {
-    uint32_t lo[MAX_BINS][4], hi[MAX_BINS][4];
-    rti_f4 base, scale;
-    float last; /* the highest bin's index */
-    uint32_t count;
-} bins;
-
 /* Monotone in x, which is all that the counts need to be exact. x lies in the cell, so the product is not negative. */
 static inline uint32_t bin_of(float x, float lo, float scale, float last)
 {
@@ -228,28 +220,12 @@ static inline uint32_t bin_of(float x, float lo, float scale, float last)
     return (uint32_t)(int32_t)(f < last ? f : last);
 }
 
-/* Of a reference's low or high bounds; what stands behind them is no number. */
-static inline rti_i4 bins_of(const bins *n, const float *three)
-{
-    rti_f4 at = (rti_f4_xyz(rti_f4_load(three)) - n->base) * n->scale;
-    return rti_f4_ints(rti_f4_min(at, rti_f4_set(n->last)));
-}
-
-static void count_bounds(bins *n, const rti_ref *refs, size_t count, size_t stride)
-{
-    for (size_t i = 0; i < count * stride; i += stride) {
-        rti_i4 lo = bins_of(n, refs[i].lo), hi = bins_of(n, refs[i].hi);
-        for (int a = 0; a < 3; a++) {
-            n->lo[lo[a]][a]++;
-            n->hi[hi[a]][a]++;
-        }
-    }
-}
-
 /* Every stride-th reference, `count` of them. false: cancelled, the counts are not complete. */
-static bool fill_bins(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, uint32_t stride, bins *n)
+static bool fill_bins(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, uint32_t stride,
+                      rti_kd_bins *n)
 {
-    n->count = count < 64 ? 16 : (count < 1024 ? 32 : MAX_BINS);
+    const rti_kd_bin_kernels *kernels = rti_kd_bin_kernels_at(b->isa);
+    n->count = count < 64 ? 16 : (count < 1024 ? 32 : RTI_KD_BINS);
     n->last = (float)(n->count - 1);
     n->base = (rti_f4){m[0].lo, m[1].lo, m[2].lo, 0.0f};
     n->scale = rti_f4_set(0.0f);
@@ -260,14 +236,14 @@ static bool fill_bins(const rti_build *b, const measure m[3], const rti_ref *ref
     for (uint32_t i = 0; i < count; i += 65536) {
         if (i > 0 && rti_cancelled(b->cancel))
             return false;
-        count_bounds(n, refs + (size_t)i * stride, count - i < 65536 ? count - i : 65536, stride);
+        kernels->add(n, refs + (size_t)i * stride, count - i < 65536 ? count - i : 65536, stride);
     }
     return true;
 }
 
 /* What the counts alone say, by axis: a lower bound of every bin's cost, the cheapest edge between bins and the bin before it. */
 typedef struct bounds {
-    rti_f4 cost[MAX_BINS];
+    rti_f4 cost[RTI_KD_BINS];
     float edge;
     uint32_t edge_axis, edge_bin;
 } bounds;
@@ -281,7 +257,7 @@ static rti_f4 plane_costs(const measure *m, rti_f4 cap, rti_f4 rim, rti_i4 left,
     return m->traverse + m->intersect * rti_f4_pick((left == 0) | (right == 0), c * m->keep, c);
 }
 
-static void bound_bins(const measure m[3], const bins *n, uint32_t count, bounds *out)
+static void bound_bins(const measure m[3], const rti_kd_bins *n, uint32_t count, bounds *out)
 {
     rti_f4 cap = ALL3(m, cap), rim = ALL3(m, rim), none = rti_f4_set(3.0e38f), edge = none;
     rti_f4 width = (ALL3(m, hi) - ALL3(m, lo)) * (1.0f / (float)n->count);
@@ -312,8 +288,8 @@ static void bound_bins(const measure m[3], const bins *n, uint32_t count, bounds
 }
 
 /* Sorts and sweeps the bounds in the bins of one axis that `wanted` marks. */
-static void refine_axis(const measure *m, uint32_t axis, const rti_ref *refs, uint32_t count, uint32_t stride, const bins *n,
-                        uint64_t wanted, float *scratch, rti_kd_split *best)
+static void refine_axis(const measure *m, uint32_t axis, const rti_ref *refs, uint32_t count, uint32_t stride,
+                        const rti_kd_bins *n, uint64_t wanted, float *scratch, rti_kd_split *best)
 {
     float *los = scratch, *his = scratch + count, *temp = his + count, base = m->lo, scale = n->scale[axis], last = n->last;
     uint32_t lo_count = 0, hi_count = 0, lo_done = 0, hi_done = 0, left = 0, gone = 0;
@@ -339,7 +315,7 @@ static void refine_axis(const measure *m, uint32_t axis, const rti_ref *refs, ui
 
 /* Bins to look into, a bit each: all that may hold the best plane, or (binned) the one with the least bound and those beside the
  * cheapest edge. */
-static void choose_bins(const rti_build *b, const bins *n, const bounds *s, float leaf_cost, uint64_t wanted[3])
+static void choose_bins(const rti_build *b, const rti_kd_bins *n, const bounds *s, float leaf_cost, uint64_t wanted[3])
 {
     bool exact = b->builder == RTI_BUILD_KD_EXACT;
     float limit = s->edge * 1.0001f < leaf_cost ? s->edge * 1.0001f : leaf_cost, least = limit;
@@ -358,7 +334,7 @@ static void choose_bins(const rti_build *b, const bins *n, const bounds *s, floa
 }
 
 /* The plane at the cheapest edge. Counts are the bins', which may differ by those that lie on the plane but for rounding. */
-static void take_edge(const measure m[3], const bins *n, const bounds *s, uint32_t count, rti_kd_split *best)
+static void take_edge(const measure m[3], const rti_kd_bins *n, const bounds *s, uint32_t count, rti_kd_split *best)
 {
     uint32_t axis = s->edge_axis, left = 0, right = count;
     float pos = m[axis].lo + (m[axis].hi - m[axis].lo) * ((float)(s->edge_bin + 1) / (float)n->count);
@@ -373,7 +349,7 @@ static void take_edge(const measure m[3], const bins *n, const bounds *s, uint32
 static void split_binned(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, uint32_t stride,
                          float *scratch, rti_kd_split *best)
 {
-    bins n;
+    rti_kd_bins n;
     bounds s;
     uint64_t wanted[3];
     if (!fill_bins(b, m, refs, count, stride, &n))

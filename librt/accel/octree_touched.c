@@ -6,42 +6,13 @@
  */
 #include <string.h>
 
+#include "corners.h"
 #include "octree_build.h"
-#include "vectors.h"
 
 /* What products lose that are denormal or zero: an edge and a coordinate (or two edges) each less than 2^-148, here with room for
  * all of a sum; LOST_NORMAL is multiplied as the normal's own roundings are. */
 #define LOST        1e-42f
 #define LOST_NORMAL 1e-38f
-
-#if RTI_SIMD >= 8
-#define LANES 8u
-typedef rti_f8 lanes;
-typedef rti_m8 yes;
-#define V(name) rti_f8_##name
-#define M(name) rti_m8_##name
-#else
-#define LANES   4u
-typedef rti_f4 lanes;
-typedef rti_m4 yes;
-#define V(name) rti_f4_##name
-#define M(name) rti_m4_##name
-#endif
-
-/* A vertex of triangles, seen from the cell's middle; what follows a corner is in the record, too. */
-static inline void corners(const float *const from[LANES], const float mid[3], lanes out[3])
-{
-    lanes four[4], by[4];
-    for (uint32_t i = 0; i < 4; i++)
-#if RTI_SIMD >= 8
-        four[i] = rti_f8_two(from[i], from[4 + i]);
-#else
-        four[i] = rti_f4_load(from[i]);
-#endif
-    V(turn)(four, by);
-    for (uint32_t a = 0; a < 3; a++)
-        out[a] = by[a] - V(set)(mid[a]);
-}
 
 /* Of each child, whose plane does not pass it. e, f: two edges; v: a vertex. */
 static inline void by_plane(const rti_octree_middle *m, const lanes e[3], const lanes f[3], const lanes v[3], yes out[8])
@@ -120,17 +91,13 @@ typedef struct answer {
 
 static inline answer ask(const rti_octree_middle *m, const rtk_tri *const tris[LANES])
 {
-    const float *at[3][LANES];
     lanes v[3][3], e[3][3];
     yes outside[8];
     answer a;
-    for (uint32_t i = 0; i < LANES; i++) {
-        at[0][i] = tris[i]->v0;
-        at[1][i] = tris[i]->v1;
-        at[2][i] = tris[i]->v2;
-    }
+    corners_of(tris, v);
     for (uint32_t k = 0; k < 3; k++)
-        corners(at[k], m->mid, v[k]);
+        for (uint32_t c = 0; c < 3; c++)
+            v[c][k] = v[c][k] - V(set)(m->mid[k]); /* seen from the cell's middle */
     for (uint32_t k = 0; k < 3; k++) {
         e[0][k] = v[1][k] - v[0][k];
         e[1][k] = v[2][k] - v[1][k];
@@ -174,8 +141,7 @@ static inline void by_triangles(const rti_octree_middle *m, const rtk_tri *tris,
     const rtk_tri *some[BATCH + LANES];
     for (uint32_t i = 0; i < opens; i++) {
         some[i] = &tris[refs[which ? which[open[i]] : open[i]].prim];
-        __builtin_prefetch(some[i]);
-        __builtin_prefetch(&some[i]->v2[2]);
+        rti_tri_expect(some[i]);
     }
     for (uint32_t i = opens; i % LANES != 0; i++)
         some[i] = some[opens - 1];
