@@ -137,14 +137,16 @@ static void test_pieces(void **state)
     for (size_t i = 0; i < RTI_COUNT(integrators); i++) {
         /* more than one worker does in the 20 ms that it is given at a time; normals are made of first hits alone, in no time */
         rt_render_desc d = settings(WIDTH, HEIGHT, strcmp(integrators[i], "normal") == 0 ? 512 : 64, integrators[i]);
-        uint32_t runs, begun;
+        uint32_t runs, begun, tries = 0;
         outcome want, got;
         d.tile = 16;
         d.ao_samples = 2;
         d.tracer = "kdtree";
         want = undisturbed(d);
-        runs = in_pieces(d, want.stats.seconds / 6, &got, &begun);
-        same(&want, &got);
+        do { /* a machine that puts this thread off for the whole of the first run shows nothing: once more */
+            runs = in_pieces(d, want.stats.seconds / 6, &got, &begun);
+            same(&want, &got);
+        } while (runs == 1 && want.stats.rays_camera >= 10000 && ++tries < 100);
         assert_true(runs > 1 || want.stats.rays_camera < 10000);
         assert_int_not_equal(access(path, F_OK), 0); /* it is removed when the picture is whole */
     }
