@@ -17,6 +17,8 @@
  *   rti_f8_turn(a, b)                                 as rti_f4_turn, of each four
  *   rti_f4_turn(a, b)                                 b[i] has lane i of a[0] to a[3]
  *   rti_rows4(from, to)                               to[k][i] = from[i][k], for k below 4 and i below 16
+ *   rti_nines(p, to)                                  to[k][i] = p[9 i + k], for k below 9 and i below 16
+ *   rti_sixes(from, p)                                p[6 i + k] = from[k][i], for k below 6 and i below 16
  *
  * Where RTI_PACK8 is defined (AVX2, AVX-512), of lanes chosen by bits, too; N: the widest, RTI_SIMD:
  *   rti_f8_pack(p, bits, a)  rti_u8_pack(p, bits, a)  the chosen lanes of a vector, or of a[8], side by side from p on; all eight
@@ -112,7 +114,6 @@ RTI_VEC void rti_f4_turn(const rti_f4 a[4], rti_f4 b[4])
     b[2] = RTI_MIX(z, w, 0, 1, 4, 5);
     b[3] = RTI_MIX(z, w, 2, 3, 6, 7);
 }
-#undef RTI_MIX
 
 #if RTI_SIMD == 4
 RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
@@ -125,7 +126,36 @@ RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
             rti_f4_store(to[k] + i, b[k]);
     }
 }
+RTI_VEC void rti_nines(const float *p, float *const to[9])
+{
+    for (uint32_t i = 0; i < 16; i += 4, p += 36) {
+        for (uint32_t k = 0; k < 8; k += 4) {
+            const rti_f4 a[4] = {rti_f4_load(p + k), rti_f4_load(p + 9 + k), rti_f4_load(p + 18 + k), rti_f4_load(p + 27 + k)};
+            rti_f4 b[4];
+            rti_f4_turn(a, b);
+            for (uint32_t j = 0; j < 4; j++)
+                rti_f4_store(to[k + j] + i, b[j]);
+        }
+        for (uint32_t j = 0; j < 4; j++)
+            memcpy(to[8] + i + j, p + 9 * j + 8, sizeof *p); /* bits: what is no number stays what it is */
+    }
+}
+RTI_VEC void rti_sixes(const float *const from[6], float *p)
+{
+    for (uint32_t i = 0; i < 16; i += 4, p += 24) {
+        const rti_f4 a[4] = {rti_f4_load(from[0] + i), rti_f4_load(from[1] + i), rti_f4_load(from[2] + i), rti_f4_load(from[3] + i)};
+        const rti_f4 e = rti_f4_load(from[4] + i), f = rti_f4_load(from[5] + i);
+        const rti_f4 pairs[2] = {RTI_MIX(e, f, 0, 4, 1, 5), RTI_MIX(e, f, 2, 6, 3, 7)};
+        rti_f4 b[4];
+        rti_f4_turn(a, b);
+        for (uint32_t j = 0; j < 4; j++) {
+            rti_f4_store(p + 6 * j, b[j]);
+            memcpy(p + 6 * j + 4, (const float *)&pairs[j / 2] + j % 2 * 2, 2 * sizeof *p);
+        }
+    }
+}
 #endif
+#undef RTI_MIX
 
 #ifndef RTI_MSUB
 #define rti_f4_msub(a, b, c) ((a) * (b) - (c))

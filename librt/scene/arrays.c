@@ -3,12 +3,12 @@
  * one, without blocks. */
 #include "arrays.h"
 
-#include "gather.h"
+#include "../trace/turn.h"
 
 #define MANY    16384u
-#define NEAR    1024u /* coherent rays, for which blocks had better stay in the nearer caches */
-#define FEW     256u  /* 15 KiB of blocks */
-#define ROOMY   32u   /* rays for which a room is taken */
+#define NEAR    512u /* coherent rays, for which blocks had better stay in the nearest cache */
+#define FEW     256u /* 15 KiB of blocks */
+#define ROOMY   32u  /* rays for which a room is taken */
 #define HITS_AT (MANY / RTK_BLOCK * sizeof(rtk_trace_block))
 #define ROOM_AT (HITS_AT + MANY / RTK_BLOCK * sizeof(rtk_hit_block))
 #define ROOM    (ROOM_AT + RTI_TRACE_ROOM)
@@ -35,6 +35,7 @@ typedef struct desk {
     rtk_hit_block *hits; /* or the words of any hits */
     uint32_t most;
     rti_scratch scratch;
+    const rti_turn *turn;
     rti_fpenv env;
 } desk;
 
@@ -45,6 +46,7 @@ static void desk_open(desk *d, const rti_snapshot *s, size_t count)
     d->rays = room ? (rtk_trace_block *)(void *)(room - ROOM_AT) : d->few_rays;
     d->hits = room ? (rtk_hit_block *)(void *)(room - ROOM_AT + HITS_AT) : d->few_hits;
     d->most = room ? MANY : FEW;
+    d->turn = rti_turn_at(rti_context_isa(s->ctx));
     d->env = rti_fp_enter();
 }
 
@@ -52,20 +54,6 @@ static void desk_close(desk *d, const rti_snapshot *s)
 {
     rti_fp_leave(d->env);
     rti_trace_room_give(s->ctx, d->scratch.room);
-}
-
-/* The next rays stand in their blocks; returns how many. */
-static uint32_t desk_take(desk *d, const rt_ray *rays, const float *times, size_t left, uint32_t *flags)
-{
-    const uint32_t most = left < d->most ? (uint32_t)left : d->most, near = most < NEAR ? most : NEAR;
-    rti_gather(rays, near, d->rays);
-    d->scratch.times = times;
-    if (*flags == RTI_ARRAYS_GUESS)
-        *flags = rti_guess(d->rays, near);
-    if (*flags & RTI_TRACE_COHERENT)
-        return near;
-    rti_gather(rays + near, most - near, d->rays + near / RTK_BLOCK);
-    return most;
 }
 
 #define SAME(a, b) (offsetof(rt_ray, a) == offsetof(rti_ray, b))
@@ -79,12 +67,68 @@ _Static_assert(sizeof(rt_hit) == sizeof(rti_hit) && SAME(t, t) && SAME(u, u) && 
                "and so is a hit");
 #undef SAME
 
+static const rti_ray *ray_at(const rt_ray *ray)
+{
+    return (const rti_ray *)(const void *)ray;
+}
+
+static rti_hit *hit_at(rt_hit *hit)
+{
+    return (rti_hit *)(void *)hit;
+}
+
+/* Do all sixteen rays point into one octant? Those without order hardly ever do. Written so that compilers make vectors of it. */
+static bool one_octant(const rtk_trace_block *b)
+{
+    uint32_t other = 0, x = rtk_bits(b->dx[0]), y = rtk_bits(b->dy[0]), z = rtk_bits(b->dz[0]);
+    for (uint32_t i = 0; i < RTK_BLOCK; i++)
+        other |= (rtk_bits(b->dx[i]) ^ x) | (rtk_bits(b->dy[i]) ^ y) | (rtk_bits(b->dz[i]) ^ z);
+    return !(other >> 31);
+}
+
+uint32_t rti_arrays_guess(const rtk_trace_block *b, uint32_t count)
+{
+    uint32_t blocks = count / RTK_BLOCK, seen = 0, alike = 0;
+    for (uint32_t i = 0; i < blocks; i += 3) {
+        alike += one_octant(&b[i]) ? 1u : 0u;
+        seen++;
+    }
+    return blocks == 0 || 2 * alike < seen ? 0 : RTI_TRACE_COHERENT;
+}
+
+/* The next rays stand in their blocks; returns how many. */
+static uint32_t desk_take(desk *d, const rt_ray *rays, const float *times, size_t left, uint32_t *flags)
+{
+    const uint32_t most = left < d->most ? (uint32_t)left : d->most, near = most < NEAR ? most : NEAR;
+    d->turn->rays(ray_at(rays), near, d->rays);
+    d->scratch.times = times;
+    if (*flags == RTI_ARRAYS_GUESS)
+        *flags = rti_arrays_guess(d->rays, near);
+    if (*flags & RTI_TRACE_COHERENT)
+        return near;
+    d->turn->rays(ray_at(rays + near), most - near, d->rays + near / RTK_BLOCK);
+    return most;
+}
+
+/* What the tracer may ask for beside its batch: the rays behind, of which `left` are left. */
+static void desk_soon(desk *d, const rt_ray *rays, const rt_hit *hits, size_t left, uint32_t flags)
+{
+    const uint32_t next = left < NEAR ? (uint32_t)left : NEAR;
+    d->scratch.soon = (rti_soon){
+        .rays = (const char *)rays,
+        .hits = (const char *)hits,
+        .rays_size = RTK_BLOCK * sizeof *rays,
+        .hits_size = hits ? RTK_BLOCK * sizeof *hits : 0,
+        .blocks = flags & RTI_TRACE_COHERENT ? next / RTK_BLOCK : 0,
+    };
+}
+
 static void intersect_alone(const rti_snapshot *s, const rti_tracer *tracer, const rt_ray *rays, const float *times, rt_hit *hits,
                             size_t count)
 {
     const rti_fpenv env = rti_fp_enter();
     for (size_t i = 0; i < count; i++)
-        tracer->one(&s->view, (const rti_ray *)(const void *)&rays[i], times ? times[i] : 0.0f, (rti_hit *)(void *)&hits[i]);
+        tracer->one(&s->view, ray_at(&rays[i]), times ? times[i] : 0.0f, hit_at(&hits[i]));
     rti_fp_leave(env);
 }
 
@@ -93,7 +137,7 @@ static void occluded_alone(const rti_snapshot *s, const rti_tracer *tracer, cons
 {
     const rti_fpenv env = rti_fp_enter();
     for (size_t i = 0; i < count; i++)
-        occluded[i] = tracer->one(&s->view, (const rti_ray *)(const void *)&rays[i], times ? times[i] : 0.0f, NULL) != 0;
+        occluded[i] = tracer->one(&s->view, ray_at(&rays[i]), times ? times[i] : 0.0f, NULL) != 0;
     rti_fp_leave(env);
 }
 
@@ -108,11 +152,27 @@ void rti_arrays_intersect(const rti_snapshot *snapshot, const rti_tracer *tracer
     desk_open(&d, snapshot, count);
     for (size_t at = 0; at < count;) {
         uint32_t as = flags, n = desk_take(&d, rays + at, times ? times + at : NULL, count - at, &as);
+        desk_soon(&d, rays + at + n, hits + at + n, count - at - n, as);
         tracer->intersect(&snapshot->view, d.rays, d.hits, n, as, &d.scratch);
-        rti_scatter(d.hits, n, hits + at);
+        d.turn->hits(d.hits, n, hit_at(hits + at));
         at += n;
     }
     desk_close(&d, snapshot);
+}
+
+/* Bits to bytes of 0 and 1. Of eight, each in a byte of its own, what is missing to 0x80 is added to each byte, and the highest
+ * bits are taken. */
+static void spread(const uint16_t *bits, uint32_t count, uint8_t *out)
+{
+    uint32_t i = 0;
+    for (; i + 8 <= count; i += 8) {
+        const uint64_t eight = bits[i / RTK_BLOCK] >> i % RTK_BLOCK & 0xffu;
+        const uint64_t apart = eight * 0x0101010101010101u & 0x8040201008040201u, some = (apart + 0x00406070787c7e7fu) >> 7;
+        for (uint32_t k = 0; k < 8; k++)
+            out[i + k] = (uint8_t)(some >> 8 * k & 1u);
+    }
+    for (; i < count; i++)
+        out[i] = (uint8_t)(bits[i / RTK_BLOCK] >> i % RTK_BLOCK & 1u);
 }
 
 void rti_arrays_occluded(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,
@@ -127,9 +187,9 @@ void rti_arrays_occluded(const rti_snapshot *snapshot, const rti_tracer *tracer,
     for (size_t at = 0; at < count;) {
         uint16_t *bits = (uint16_t *)(void *)d.hits;
         uint32_t as = flags, n = desk_take(&d, rays + at, times ? times + at : NULL, count - at, &as);
+        desk_soon(&d, rays + at + n, NULL, count - at - n, as);
         tracer->occluded(&snapshot->view, d.rays, bits, n, as, &d.scratch);
-        for (uint32_t i = 0; i < n; i++)
-            occluded[at + i] = (uint8_t)(bits[i / RTK_BLOCK] >> i % RTK_BLOCK & 1u);
+        spread(bits, n, occluded + at);
         at += n;
     }
     desk_close(&d, snapshot);

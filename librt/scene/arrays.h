@@ -14,6 +14,11 @@ void rti_arrays_intersect(const rti_snapshot *snapshot, const struct rti_tracer 
 void rti_arrays_occluded(const rti_snapshot *snapshot, const struct rti_tracer *tracer, const rt_ray *rays, const float *times,
                          uint8_t *occluded, size_t count, uint32_t flags);
 
+/* What rays look like of which nobody has said anything: RTI_TRACE_COHERENT when in half of the whole blocks, looking at every
+ * third, all rays point into one octant (a row of pixels that crosses the middle of the picture mixes up to a third of its tiles'
+ * blocks), else 0. A wrong guess costs time, never a hit. */
+uint32_t rti_arrays_guess(const rtk_trace_block *blocks, uint32_t count);
+
 /* For rays that stand in blocks: working memory for a tracer; NULL when there is none, or a few rays need none. */
 void *rti_trace_room_take(rt_context *ctx, size_t count);
 void rti_trace_room_give(rt_context *ctx, void *room);

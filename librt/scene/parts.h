@@ -52,7 +52,7 @@ typedef void (*rti_chunk_visit)(void *data, const rti_chunk *chunk, uint32_t gro
 void rti_snapshot_each(const rti_snapshot *snapshot, rti_chunk_visit visit, void *data);
 
 /* Rays of a plain array into blocks. */
-void rti_rays_gather(const rt_ray *rays, uint32_t count, rtk_trace_block *out);
+void rti_rays_gather(const rt_context *ctx, const rt_ray *rays, uint32_t count, rtk_trace_block *out);
 
 /* The primitives of a part, as references; NULL: all of the group. */
 static inline const uint32_t *rti_part_list(const rti_chunk *group, uint32_t part)

@@ -4,8 +4,8 @@
 #include "../kernel/surface.h"
 #include "../kernel/texture.h"
 #include "../trace/trace.h"
+#include "../trace/turn.h"
 #include "arrays.h"
-#include "gather.h"
 #include "parts.h"
 
 uint32_t rti_snapshot_tree(const rti_snapshot *snapshot)
@@ -13,9 +13,9 @@ uint32_t rti_snapshot_tree(const rti_snapshot *snapshot)
     return snapshot->tracer->tree;
 }
 
-void rti_rays_gather(const rt_ray *rays, uint32_t count, rtk_trace_block *out)
+void rti_rays_gather(const rt_context *ctx, const rt_ray *rays, uint32_t count, rtk_trace_block *out)
 {
-    rti_gather(rays, count, out);
+    rti_turn_at(rti_context_isa(ctx))->rays((const rti_ray *)(const void *)rays, count, out);
 }
 
 static rt_hit hit_at(const rtk_hit_block *b, uint32_t k)
@@ -100,7 +100,7 @@ size_t rt_scene_intersect_all_at(const rt_scene *scene, const rt_ray *ray, float
     size_t n = 0;
     _Alignas(64) rtk_trace_block in;
     _Alignas(64) rtk_hit_block out;
-    rti_rays_gather(ray, 1, &in);
+    rti_rays_gather(scene->ctx, ray, 1, &in);
     while (s && n < capacity) {
         put_hit(&out, 0, &last);
         s->tracer->intersect(&s->view, &in, &out, 1, RTI_TRACE_AFTER, &scratch);

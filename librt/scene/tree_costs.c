@@ -52,7 +52,7 @@ rt_status rt_scene_ray_costs(const rt_scene *scene, const rt_tree_query *query, 
     for (size_t at = 0; at < count; at += CHUNK) {
         uint32_t n = count - at < CHUNK ? (uint32_t)(count - at) : CHUNK;
         rti_scratch scratch = {.steps = b.steps};
-        rti_rays_gather(rays + at, n, b.rays);
+        rti_rays_gather(scene->ctx, rays + at, n, b.rays);
         look.tracer->intersect(&view, b.rays, b.hits, n, RTI_TRACE_STEPS, &scratch);
         for (uint32_t i = 0; i < n; i++)
             costs[at + i] = (rt_ray_cost){b.steps[i].nodes, b.steps[i].leaves, b.steps[i].tests};

@@ -34,7 +34,7 @@
 
 #include "bvh_packet_walk.h"
 
-#define PENCIL        16u            /* blocks */
+#define PENCIL        16u /* blocks */
 #define PENCIL_RAYS   (PENCIL * RTK_BLOCK)
 #define PENCIL_LOST   4u             /* times that rays are no pencil before the rest of a batch is not tried */
 #define BUNDLES       32u            /* that these may become */
@@ -157,9 +157,25 @@ RTI_VEC rtk_u32 pencil_valid(const rtk_trace_block *b, rtk_u32 k, vec_bits commo
     return VM(bits)(ok) & ~VM(bits)(V(eq)(same, same));
 }
 
+/* Of the caller's next batch, what stands where block g of this pencil stands in this one. */
+RTI_VEC void pencil_expect_soon(const rti_soon *soon, rtk_u32 block)
+{
+    if (soon->blocks <= block)
+        return;
+    const char *rays = soon->rays + (size_t)block * soon->rays_size;
+    for (rtk_u32 i = 0u; i < soon->rays_size; i += 64u)
+        __builtin_prefetch(rays + i);
+    if (!soon->hits)
+        return;
+    const char *hits = soon->hits + (size_t)block * soon->hits_size;
+    for (rtk_u32 i = 0u; i < soon->hits_size; i += 64u)
+        __builtin_prefetch(hits + i, 1);
+}
+
 /* Asks for block g of the next pencil and, of closest hits, for where its hits are to be. */
 RTI_VEC void pencil_expect(const pencil *p, rtk_u32 mode, rtk_u32 g)
 {
+    pencil_expect_soon(&p->scratch->soon, p->first / RTK_BLOCK + g);
     if (p->next <= g)
         return;
     const char *rays = (const char *)(p->rays + PENCIL + g);

@@ -2,6 +2,9 @@
 #include <string.h>
 
 #include "trace.h"
+#include "turn.h"
+
+RTI_ISA_TABLES(rti_turn, rti_turn_at)
 
 #define EXTERN(name, level) extern const rti_tracer rti_tracers_##name[];
 RTI_ISA_EACH(EXTERN)

@@ -19,6 +19,16 @@ void RTI_ISA_FN(simd_rows4)(const float *const from[16], float to[4][16])
     rti_rows4(from, to);
 }
 
+void RTI_ISA_FN(simd_nines)(const float *p, float *const to[9])
+{
+    rti_nines(p, to);
+}
+
+void RTI_ISA_FN(simd_sixes)(const float *const from[6], float *p)
+{
+    rti_sixes(from, p);
+}
+
 #ifdef RTI_PACK
 static void put_many(uint32_t bits, uint32_t from, simd_packed *out)
 {

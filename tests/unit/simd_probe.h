@@ -54,6 +54,8 @@ typedef struct simd_packed {
 #define PROBE(name, level)                                                                                                       \
     uint32_t simd_compare_##name(const float a[16], const float b[16], float min[16], float max[16], uint32_t bits[3]);          \
     void simd_rows4_##name(const float *const from[16], float to[4][16]);                                                        \
+    void simd_nines_##name(const float *p, float *const to[9]);                                                                  \
+    void simd_sixes_##name(const float *const from[6], float *p);                                                                \
     int simd_packed_##name(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,     \
                            simd_packed *out);
 RTI_ISA_EACH(PROBE)

@@ -298,6 +298,40 @@ static void test_rows4(void **state)
 #undef LEVEL
 }
 
+/* Words of any bits, of records that end where the array does. */
+static void records(void (*nines)(const float *p, float *const to[9]), void (*sixes)(const float *const from[6], float *p))
+{
+    static uint32_t nine[9 * 16], column[9][16], six[6 * 16 + 1];
+    float *to[9];
+    const float *from[6];
+    for (uint32_t i = 0; i < 9 * 16; i++)
+        nine[i] = 0x7f800000u + 0x01000193u * i; /* no numbers among them */
+    for (uint32_t k = 0; k < 9; k++)
+        to[k] = (float *)(void *)column[8 - k];
+    nines((const float *)(const void *)nine, to);
+    for (uint32_t i = 0; i < 16; i++)
+        for (uint32_t k = 0; k < 9; k++)
+            assert_int_equal(column[8 - k][i], nine[9 * i + k]);
+    for (uint32_t k = 0; k < 6; k++)
+        from[k] = (const float *)(const void *)column[k];
+    six[6 * 16] = 17;
+    sixes(from, (float *)(void *)six);
+    for (uint32_t i = 0; i < 16; i++)
+        for (uint32_t k = 0; k < 6; k++)
+            assert_int_equal(six[6 * i + k], column[k][i]);
+    assert_int_equal(six[6 * 16], 17);
+}
+
+static void test_records(void **state)
+{
+    (void)state;
+#define LEVEL(name, isa)                                                                                                         \
+    if (rti_isa_runs(isa))                                                                                                       \
+        records(simd_nines_##name, simd_sixes_##name);
+    RTI_ISA_EACH(LEVEL)
+#undef LEVEL
+}
+
 static void test_packed(void **state)
 {
     (void)state;
@@ -311,6 +345,6 @@ static void test_packed(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_compare), cmocka_unit_test(test_rows4),
-                                       cmocka_unit_test(test_packed)};
+                                       cmocka_unit_test(test_records), cmocka_unit_test(test_packed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

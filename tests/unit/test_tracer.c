@@ -6,7 +6,7 @@
 
 #include "librt/render.h"
 #include "librt/trace.h"
-#include "scene/gather.h"
+#include "scene/arrays.h"
 #include "scene/parts.h"
 
 enum { MOST = 2500 };
@@ -256,24 +256,31 @@ static void coherence_is_seen(void **state)
     static _Alignas(64) rtk_trace_block b[16];
     rt_ray rays[256];
     uint32_t seed = 1;
+    rt_context *ctx = NULL;
     (void)state;
+    assert_int_equal(rt_context_create(NULL, &ctx), RT_OK);
     for (uint32_t i = 0; i < 256; i++)
         rays[i] = kit_ray(1, 2, 3, (float)(i % 16) - 8.5f, (float)(i / 16) - 7.5f, -20);
-    rti_rays_gather(rays, 256, b);
-    assert_int_equal(rti_guess(b, 256), 0); /* rows of sixteen cross the middle */
+    rti_rays_gather(ctx, rays, 256, b);
+    assert_int_equal(rti_arrays_guess(b, 256), 0); /* rows of sixteen cross the middle */
     for (uint32_t i = 0; i < 256; i++)
-        rays[i].dir.x = (float)(i % 4) + 4 * (float)(i / 16 % 4) - 8; /* the first three quarters of 16 wide go left */
-    rti_rays_gather(rays, 256, b);
-    assert_int_equal(rti_guess(b, 256), RT_RAYS_COHERENT);
-    assert_int_equal(rti_guess(b, 250), RT_RAYS_COHERENT);
+        rays[i].dir.x = i / 16 % 6 == 0 ? (float)(i % 4) - 1.5f : 1; /* every other block that is looked at is mixed */
+    rti_rays_gather(ctx, rays, 256, b);
+    assert_int_equal(rti_arrays_guess(b, 240), 0); /* three of five */
+    for (uint32_t i = 0; i < 16; i++)
+        rays[i].dir.x = 1;
+    rti_rays_gather(ctx, rays, 256, b);
+    assert_int_equal(rti_arrays_guess(b, 256), RT_RAYS_COHERENT);
+    assert_int_equal(rti_arrays_guess(b, 250), RT_RAYS_COHERENT);
     for (uint32_t i = 0; i < 256; i++) {
         seed = seed * 1664525u + 1013904223u;
         rays[i] =
             kit_ray(0, 0, 0, (float)(seed >> 8 & 255) - 127.5f, (float)(seed >> 16 & 255) - 127.5f, (float)(seed >> 24) - 127.5f);
     }
-    rti_rays_gather(rays, 256, b);
-    assert_int_equal(rti_guess(b, 256), 0);
-    assert_int_equal(rti_guess(b, 1), 0);
+    rti_rays_gather(ctx, rays, 256, b);
+    assert_int_equal(rti_arrays_guess(b, 256), 0);
+    assert_int_equal(rti_arrays_guess(b, 1), 0);
+    rt_context_destroy(ctx);
 }
 
 int main(void)

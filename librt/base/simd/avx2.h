@@ -238,3 +238,44 @@ RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
             _mm256_storeu_ps(to[i] + h, b[i]);
     }
 }
+/* Record i, k: word 9 i + k is lane l = (i + k) % 8 of vector (l - k) modulo 9. So blends by one, two and four bring a column
+ * into one vector, turned by k lanes. */
+RTI_VEC void rti_nines(const float *p, float *const to[9])
+{
+    static const int32_t lane[16] = {0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7};
+    for (uint32_t h = 0; h < 16; h += 8, p += 72) {
+        __m256 a[9], b[9];
+        for (uint32_t i = 0; i < 9; i++)
+            a[i] = _mm256_loadu_ps(p + 8 * i);
+        for (uint32_t i = 0; i < 9; i++)
+            b[i] = _mm256_blend_ps(a[i], a[(i + 1) % 9], 0xaa);
+        for (uint32_t i = 0; i < 9; i++)
+            a[i] = _mm256_blend_ps(b[i], b[(i + 2) % 9], 0xcc);
+        for (uint32_t i = 0; i < 9; i++)
+            b[i] = _mm256_blend_ps(a[i], a[(i + 4) % 9], 0xf0);
+        for (uint32_t k = 0; k < 9; k++)
+            _mm256_storeu_ps(to[k] + h, _mm256_permutevar8x32_ps(
+                                            b[(9 - k) % 9], _mm256_loadu_si256((const __m256i *)(const void *)(lane + k % 8))));
+    }
+}
+RTI_VEC void rti_sixes(const float *const from[6], float *p)
+{
+    for (uint32_t h = 0; h < 16; h += 8, p += 48) {
+        const __m256 a[4] = {_mm256_loadu_ps(from[0] + h), _mm256_loadu_ps(from[1] + h), _mm256_loadu_ps(from[2] + h),
+                             _mm256_loadu_ps(from[3] + h)};
+        const __m256 e = _mm256_loadu_ps(from[4] + h), f = _mm256_loadu_ps(from[5] + h);
+        const __m256 pairs[2] = {_mm256_unpacklo_ps(e, f), _mm256_unpackhi_ps(e, f)};
+        __m256 b[4];
+        rti_f8_turn(a, b);
+        for (uint32_t i = 0; i < 8; i++) {
+            const __m128 four = i < 4 ? _mm256_castps256_ps128(b[i % 4]) : _mm256_extractf128_ps(b[i % 4], 1);
+            const __m256 both = pairs[i % 4 / 2];
+            const __m128 two = i < 4 ? _mm256_castps256_ps128(both) : _mm256_extractf128_ps(both, 1);
+            _mm_storeu_ps(p + 6 * i, four);
+            if (i % 2 == 0)
+                _mm_storel_pi((__m64 *)(void *)(p + 6 * i + 4), two);
+            else
+                _mm_storeh_pi((__m64 *)(void *)(p + 6 * i + 4), two);
+        }
+    }
+}

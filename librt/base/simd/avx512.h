@@ -312,6 +312,49 @@ RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
     _mm512_storeu_ps(to[2], PAIR(ab1, cd1, unpacklo));
     _mm512_storeu_ps(to[3], PAIR(ab1, cd1, unpackhi));
 }
+/* As at AVX2, records 0 to 7 in the lower lanes, 8 to 15 in the upper ones. */
+RTI_VEC void rti_nines(const float *p, float *const to[9])
+{
+#define TURNED(k)                                                                                                                \
+    {                                                                                                                            \
+        (k) % 8, (1 + (k)) % 8, (2 + (k)) % 8, (3 + (k)) % 8, (4 + (k)) % 8, (5 + (k)) % 8, (6 + (k)) % 8, (7 + (k)) % 8,        \
+            8 + (k) % 8, 8 + (1 + (k)) % 8, 8 + (2 + (k)) % 8, 8 + (3 + (k)) % 8, 8 + (4 + (k)) % 8, 8 + (5 + (k)) % 8,          \
+            8 + (6 + (k)) % 8, 8 + (7 + (k)) % 8                                                                                 \
+    }
+    static const int32_t lane[8][16] = {TURNED(0), TURNED(1), TURNED(2), TURNED(3), TURNED(4), TURNED(5), TURNED(6), TURNED(7)};
+#undef TURNED
+    __m512 a[9], b[9];
+    for (uint32_t i = 0; i < 9; i++)
+        a[i] = _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(p + 8 * i)), _mm256_loadu_ps(p + 72 + 8 * i), 1);
+    for (uint32_t i = 0; i < 9; i++)
+        b[i] = _mm512_mask_blend_ps(0xaaaa, a[i], a[(i + 1) % 9]);
+    for (uint32_t i = 0; i < 9; i++)
+        a[i] = _mm512_mask_blend_ps(0xcccc, b[i], b[(i + 2) % 9]);
+    for (uint32_t i = 0; i < 9; i++)
+        b[i] = _mm512_mask_blend_ps(0xf0f0, a[i], a[(i + 4) % 9]);
+    for (uint32_t k = 0; k < 9; k++) {
+        _mm512_storeu_ps(to[k], _mm512_permutexvar_ps(_mm512_loadu_si512(lane[k % 8]), b[(9 - k) % 9]));
+    }
+}
+/* In pairs of words a record has three, pair 3 i + f in lane (3 i + f) % 8 of a vector: there the pairs of eight records are put,
+ * of each f in one vector, and blended. */
+RTI_VEC void rti_sixes(const float *const from[6], float *p)
+{
+    static const int32_t pair[3][16] = {{0, 16, 3, 19, 6, 22, 1, 17, 4, 20, 7, 23, 2, 18, 5, 21},
+                                        {5, 21, 0, 16, 3, 19, 6, 22, 1, 17, 4, 20, 7, 23, 2, 18},
+                                        {2, 18, 5, 21, 0, 16, 3, 19, 6, 22, 1, 17, 4, 20, 7, 23}};
+    for (int32_t h = 0; h < 16; h += 8, p += 48) {
+        __m512d f[3];
+        for (uint32_t k = 0; k < 3; k++) {
+            const __m512i at = _mm512_add_epi32(_mm512_loadu_si512(pair[k]), _mm512_set1_epi32(h));
+            f[k] = _mm512_castps_pd(_mm512_permutex2var_ps(_mm512_loadu_ps(from[2 * k]), at, _mm512_loadu_ps(from[2 * k + 1])));
+        }
+        /* f of lane q of the vector at 16 j is (8 j + q) % 3 */
+        _mm512_storeu_pd(p, _mm512_mask_blend_pd(0x24, _mm512_mask_blend_pd(0x92, f[0], f[1]), f[2]));
+        _mm512_storeu_pd(p + 16, _mm512_mask_blend_pd(0x24, _mm512_mask_blend_pd(0x92, f[2], f[0]), f[1]));
+        _mm512_storeu_pd(p + 32, _mm512_mask_blend_pd(0x24, _mm512_mask_blend_pd(0x92, f[1], f[2]), f[0]));
+    }
+}
 RTI_VEC float rti_f16_low(rti_f16 a)
 {
     return _mm512_reduce_min_ps(a);
