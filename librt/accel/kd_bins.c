@@ -2,8 +2,8 @@
  * each level. */
 #include "kd_build.h"
 
-#define SETS_ABOVE                                                                                                               \
-    128u /* references of which every other goes to bins of its own: neighbours fall into one, and would wait for each other */
+/* References of which every other goes to bins of its own: neighbours fall into one, and would wait for each other. */
+#define SETS_ABOVE 128u
 
 /* The bins of a reference's bounds, low ones first; the fourth of each is no axis. */
 static inline void bins_of(const rti_kd_bins *n, const rti_ref *ref, int32_t k[8])

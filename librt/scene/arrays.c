@@ -111,16 +111,10 @@ static uint32_t desk_take(desk *d, const rt_ray *rays, const float *times, size_
 }
 
 /* What the tracer may ask for beside its batch: the rays behind, of which `left` are left. */
-static void desk_soon(desk *d, const rt_ray *rays, const rt_hit *hits, size_t left, uint32_t flags)
+static void desk_soon(desk *d, const rt_ray *rays, rt_hit *hits, size_t left, uint32_t flags)
 {
     const uint32_t next = left < NEAR ? (uint32_t)left : NEAR;
-    d->scratch.soon = (rti_soon){
-        .rays = (const char *)rays,
-        .hits = (const char *)hits,
-        .rays_size = RTK_BLOCK * sizeof *rays,
-        .hits_size = hits ? RTK_BLOCK * sizeof *hits : 0,
-        .blocks = flags & RTI_TRACE_COHERENT ? next / RTK_BLOCK : 0,
-    };
+    d->scratch.soon = (rti_soon){ray_at(rays), hits ? hit_at(hits) : NULL, flags & RTI_TRACE_COHERENT ? next / RTK_BLOCK : 0};
 }
 
 static void intersect_alone(const rti_snapshot *s, const rti_tracer *tracer, const rt_ray *rays, const float *times, rt_hit *hits,

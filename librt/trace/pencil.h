@@ -162,13 +162,13 @@ RTI_VEC void pencil_expect_soon(const rti_soon *soon, rtk_u32 block)
 {
     if (soon->blocks <= block)
         return;
-    const char *rays = soon->rays + (size_t)block * soon->rays_size;
-    for (rtk_u32 i = 0u; i < soon->rays_size; i += 64u)
+    const char *rays = (const char *)(soon->rays + (size_t)block * RTK_BLOCK);
+    for (rtk_u32 i = 0u; i < RTK_BLOCK * sizeof *soon->rays; i += 64u)
         __builtin_prefetch(rays + i);
     if (!soon->hits)
         return;
-    const char *hits = soon->hits + (size_t)block * soon->hits_size;
-    for (rtk_u32 i = 0u; i < soon->hits_size; i += 64u)
+    const char *hits = (const char *)(soon->hits + (size_t)block * RTK_BLOCK);
+    for (rtk_u32 i = 0u; i < RTK_BLOCK * sizeof *soon->hits; i += 64u)
         __builtin_prefetch(hits + i, 1);
 }
 

@@ -23,25 +23,6 @@ typedef struct rti_steps {
     uint32_t nodes, leaves, tests;
 } rti_steps;
 #define RTI_TRACE_ROOM ((size_t)2816 << 10)
-/* Where a caller's rays of the next batch stand, and where their hits are to go, which tracers ask for while they are at this
- * one's: blocks' worth of RTK_BLOCK of each. */
-typedef struct rti_soon {
-    const char *rays, *hits;       /* hits: NULL where any is enough */
-    uint32_t rays_size, hits_size; /* bytes a block's worth */
-    uint32_t blocks;
-} rti_soon;
-
-typedef struct rti_scratch {
-    const float *times; /* [count]: of each ray, 0 to 1; NULL: all are at 0 */
-    rti_trace_stats stats;
-    rti_steps *steps;
-    void *room;  /* RTI_TRACE_ROOM bytes, 64-byte aligned, which a batch may write; NULL: rays that are not coherent go singly */
-    bool narrow; /* streams have room for few lists (bvh_stream.h) */
-    bool turns;  /* streams go by turns through trees of any size, not of a large one alone (bvh_stream.h) */
-    bool bare;   /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
-    rti_soon soon;
-} rti_scratch;
-
 /* A ray as callers have it (rt_ray), where it stands, and their hit (rt_hit): who copied them word by word would wait until they
  * stand in memory to be read again. */
 #if defined(__GNUC__)
@@ -57,6 +38,25 @@ typedef struct RTI_ANYBODYS rti_hit {
     float t, u, v;
     rtk_u32 prim, geom, inst;
 } rti_hit;
+
+/* Where a caller's rays of the next batch stand, and where their hits are to go (NULL where any is enough), which tracers ask for
+ * while they are at this one's. */
+typedef struct rti_soon {
+    const rti_ray *rays;
+    const rti_hit *hits;
+    uint32_t blocks; /* RTK_BLOCK of each */
+} rti_soon;
+
+typedef struct rti_scratch {
+    const float *times; /* [count]: of each ray, 0 to 1; NULL: all are at 0 */
+    rti_trace_stats stats;
+    rti_steps *steps;
+    void *room;  /* RTI_TRACE_ROOM bytes, 64-byte aligned, which a batch may write; NULL: rays that are not coherent go singly */
+    bool narrow; /* streams have room for few lists (bvh_stream.h) */
+    bool turns;  /* streams go by turns through trees of any size, not of a large one alone (bvh_stream.h) */
+    bool bare;   /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
+    rti_soon soon;
+} rti_scratch;
 
 typedef struct rti_tracer {
     const char *name; /* as in settings.traversal: "brute", "kdtree", "octree", "bvh" */

@@ -332,9 +332,8 @@ RTI_VEC void rti_nines(const float *p, float *const to[9])
         a[i] = _mm512_mask_blend_ps(0xcccc, b[i], b[(i + 2) % 9]);
     for (uint32_t i = 0; i < 9; i++)
         b[i] = _mm512_mask_blend_ps(0xf0f0, a[i], a[(i + 4) % 9]);
-    for (uint32_t k = 0; k < 9; k++) {
+    for (uint32_t k = 0; k < 9; k++)
         _mm512_storeu_ps(to[k], _mm512_permutexvar_ps(_mm512_loadu_si512(lane[k % 8]), b[(9 - k) % 9]));
-    }
 }
 /* In pairs of words a record has three, pair 3 i + f in lane (3 i + f) % 8 of a vector: there the pairs of eight records are put,
  * of each f in one vector, and blended. */
