@@ -39,6 +39,14 @@ void rti_free(rt_context *ctx, void *ptr, size_t size); /* NULL is fine */
  * (room.c). The context keeps it for the next. NULL: no memory is left beside what is kept; the query then does without. Any thread. */
 void *rti_room_take(rt_context *ctx, size_t size);
 void rti_room_give(rt_context *ctx, void *room, size_t size); /* NULL is fine */
+/* Blocks that renders need again and again: the working memory of workers (as many are kept as the context has workers) and
+ * pixels (those of one picture), of RTI_KEPT_LEAST to RTI_KEPT_MOST bytes. take: any content; NULL as rti_alloc; used: its
+ * pages are there already. Any thread. */
+enum { RTI_KEPT_WORK = 0, RTI_KEPT_PICTURE };
+#define RTI_KEPT_LEAST ((size_t)1 << 20)
+#define RTI_KEPT_MOST  ((size_t)256 << 20)
+void *rti_kept_take(rt_context *ctx, uint32_t kind, size_t size, bool *used);
+void rti_kept_give(rt_context *ctx, uint32_t kind, void *block, size_t size); /* NULL is fine; size as it was taken */
 
 /* Growing array: used by `rti_array_push`-style code: makes room for `more` further items; doubles. false: no memory. */
 bool rti_reserve(rt_context *ctx, void **data, size_t *capacity, size_t count, size_t more, size_t item_size);
@@ -118,7 +126,7 @@ void *rti_context_cache(rt_context *ctx, uint32_t slot);
 /* Sets it unless one is there already; returns the one that is there now. */
 void *rti_context_set_cache(rt_context *ctx, uint32_t slot, void *cache, const rti_cache_kind *kind);
 
-/* Lets the caches go of what they only keep for later; false: they held nothing. rti_alloc does it by itself. */
+/* Lets go of some of what is only kept for later; false: there was nothing. rti_alloc does it by itself, until there is room. */
 bool rti_context_relieve(rt_context *ctx);
 
 /* What rt_context_work tells. Times are counted in nanoseconds. */

@@ -83,6 +83,8 @@ rt_status rt_context_create(const rt_context_desc *desc, rt_context **context)
         atomic_init(&ctx->work[i], 0);
     for (uint32_t i = 0; i < RTI_ROOMS; i++)
         atomic_init(&ctx->rooms[i], NULL);
+    for (uint32_t i = 0; i < RTI_KEPT; i++)
+        atomic_init(&ctx->kept[i], NULL);
     atomic_init(&ctx->room_size, 0);
     pthread_mutex_init(&ctx->message_lock, NULL);
     pthread_mutex_init(&ctx->log_lock, NULL);
@@ -160,10 +162,10 @@ void *rti_context_set_cache(rt_context *ctx, uint32_t slot, void *cache, const r
     return there;
 }
 
-bool rti_context_relieve(rt_context *ctx)
+static bool drop_caches(rt_context *ctx)
 {
     rti_cache_slot caches[RTI_CACHE_COUNT];
-    bool some = rti_rooms_drop(ctx);
+    bool some = false;
     pthread_mutex_lock(&ctx->cache_lock);
     memcpy(caches, ctx->caches, sizeof caches);
     pthread_mutex_unlock(&ctx->cache_lock);
@@ -172,9 +174,16 @@ bool rti_context_relieve(rt_context *ctx)
     return some;
 }
 
+/* Memory that is only faster to have goes before what would have to be made anew. */
+bool rti_context_relieve(rt_context *ctx)
+{
+    return rti_rooms_drop(ctx) || drop_caches(ctx);
+}
+
 void rt_context_drop_kept(rt_context *context)
 {
-    rti_context_relieve(context);
+    rti_rooms_drop(context);
+    drop_caches(context);
 }
 
 void rti_context_count(rt_context *ctx, uint32_t what, uint64_t amount)

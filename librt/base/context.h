@@ -9,6 +9,7 @@
 
 #define RTI_MESSAGE_SIZE  1024
 #define RTI_MESSAGE_SLOTS 64
+#define RTI_KEPT          65 /* blocks of renders */
 #define RTI_ROOMS         32 /* that are kept; more threads than that are seldom in queries at once */
 
 typedef struct rti_message {
@@ -56,6 +57,7 @@ struct rt_context {
 
     _Atomic(void *) rooms[RTI_ROOMS]; /* that wait for their next call (room.c) */
     atomic_size_t room_size;
+    _Atomic(void *) kept[RTI_KEPT]; /* a picture, then workers' memory */
 };
 
 bool rti_rooms_drop(rt_context *ctx); /* false: none was kept */

@@ -67,7 +67,7 @@ static void *block(rt_context *ctx, size_t size, bool relieve)
     if (size > SIZE_MAX / 2)
         return NULL;
     raw = take(ctx, whole_size(size));
-    if (!raw && relieve && rti_context_relieve(ctx)) /* what is only kept for later may be what stands in the way */
+    while (!raw && relieve && rti_context_relieve(ctx)) /* what is only kept for later may be what stands in the way */
         raw = take(ctx, whole_size(size));
     if (!raw)
         return NULL;

@@ -255,24 +255,53 @@ rt_status rti_pool_start(rt_context *ctx)
 
 /* ---- threads of a job ---- */
 
+/* Starting a thread takes some 30 microseconds: each that is started starts FAN more. */
+#define FAN 4u
 typedef struct job_thread {
     rti_threads *threads;
     pthread_t thread;
     uint32_t index;
+    bool there; /* written by the thread that starts it */
 } job_thread;
 
 struct rti_threads {
+    rt_context *ctx;
     void (*run)(void *data, uint32_t index);
     void *data;
-    uint32_t count, started;
+    uint32_t count;
     job_thread each[];
 };
 
+static void *job_thread_main(void *arg);
+
+static bool start(rti_threads *t, uint32_t index)
+{
+    job_thread *j = &t->each[index];
+    j->threads = t;
+    j->index = index;
+    j->there = pthread_create(&j->thread, NULL, job_thread_main, j) == 0;
+    return j->there;
+}
+
+/* The FAN from `first` on, up to one that the system refuses. */
+static void start_some(rti_threads *t, uint32_t first)
+{
+    for (uint32_t i = first; i < t->count && i < first + FAN; i++) {
+        if (start(t, i))
+            continue;
+        if (i > 0)
+            rti_log(t->ctx, RT_LOG_WARNING, "the system gave fewer than the %u threads of a job; going on with those", t->count);
+        return;
+    }
+}
+
 static void *job_thread_main(void *arg)
 {
-    job_thread *t = arg;
+    job_thread *j = arg;
+    rti_threads *t = j->threads;
     rti_fp_enter();
-    t->threads->run(t->threads->data, t->index);
+    start_some(t, FAN * (j->index + 1));
+    t->run(t->data, j->index);
     return NULL;
 }
 
@@ -283,31 +312,27 @@ rt_status rti_threads_start(rt_context *ctx, uint32_t count, void (*run)(void *d
     rti_threads *t = rti_alloc_zero(ctx, size);
     if (!t)
         return rti_fail_memory(ctx, "threads of a job", size);
+    t->ctx = ctx;
     t->run = run;
     t->data = data;
     t->count = count;
-    for (uint32_t i = 0; i < count; i++) {
-        t->each[i].threads = t;
-        t->each[i].index = i;
-        if (pthread_create(&t->each[i].thread, NULL, job_thread_main, &t->each[i]) != 0)
-            break;
-        t->started++;
-    }
-    if (t->started == 0) {
+    start_some(t, 0);
+    if (!t->each[0].there) {
         rti_free(ctx, t, size);
         return rti_fail(ctx, RT_ERROR_THREAD, "the system gave none of %u threads for a job; fewer workers may do", count);
     }
-    if (t->started < count)
-        rti_log(ctx, RT_LOG_WARNING, "the system gave %u of %u threads for a job; going on with those", t->started, count);
     *threads = t;
     return RT_OK;
 }
 
+/* A thread is joined after the one that started it, and so knows whether it is there. */
 void rti_threads_join(rt_context *ctx, rti_threads *threads)
 {
     if (!threads)
         return;
-    for (uint32_t i = 0; i < threads->started; i++)
-        pthread_join(threads->each[i].thread, NULL);
+    for (uint32_t i = 0; i < threads->count; i++) {
+        if (threads->each[i].there)
+            pthread_join(threads->each[i].thread, NULL);
+    }
     rti_free(ctx, threads, sizeof *threads + (size_t)threads->count * sizeof(job_thread));
 }

@@ -34,6 +34,7 @@ typedef struct rti_settings {
     const rti_integrator *integrator;
     const rti_tracer *tracer;
     uint32_t samples;       /* 1 for RAW integrators */
+    bool unseen;            /* nobody looks at the image before it is whole */
     uint32_t roulette_from; /* path: depth of the first ray that Russian roulette may end */
 } rti_settings;
 /* what: the public function, for messages. */

@@ -18,7 +18,7 @@ rt_status rti_image_check_room(rt_context *ctx, const char *what, uint32_t width
 {
     uint64_t limit = rti_context_memory_limit(ctx), now = 0, available;
     rt_context_memory(ctx, &now, NULL);
-    if (limit && bytes <= limit && now > limit - bytes && rti_context_relieve(ctx))
+    while (limit && bytes <= limit && now > limit - bytes && rti_context_relieve(ctx))
         rt_context_memory(ctx, &now, NULL);
     if (limit && (bytes > limit || now > limit - bytes))
         return rti_fail(ctx, RT_ERROR_MEMORY_LIMIT,
@@ -45,10 +45,36 @@ static rt_image *image_new(rt_context *ctx, uint32_t width, uint32_t height)
     return image;
 }
 
-rt_status rt_image_create(rt_context *context, uint32_t width, uint32_t height, rt_image **image)
+/* A task clears rows. Memory that the system gives is cleared by it first, when it is touched: most of the time goes there. */
+#define CLEAR_TASK ((size_t)2 << 20) /* bytes, at least */
+typedef struct clearing {
+    const rt_image *image;
+    uint32_t tasks;
+} clearing;
+
+static void clear_rows(void *data, uint32_t index)
+{
+    const clearing *c = data;
+    const uint64_t height = c->image->height;
+    const uint32_t end = (uint32_t)(height * (index + 1) / c->tasks);
+    for (uint32_t y = (uint32_t)(height * index / c->tasks); y < end; y++)
+        memset(rti_image_row(c->image, y), 0, (size_t)c->image->width * 4 * sizeof(float));
+}
+
+static void clear(const rt_image *image, uint32_t threads)
+{
+    const size_t most = (size_t)image->height * image->row_bytes / CLEAR_TASK;
+    clearing c = {image, threads};
+    c.tasks = most < c.tasks ? (uint32_t)most : c.tasks;
+    c.tasks = c.tasks > 1 ? c.tasks : 1;
+    rti_parallel(image->ctx, c.tasks, clear_rows, &c);
+}
+
+rt_status rti_image_make(rt_context *context, uint32_t width, uint32_t height, uint32_t threads, bool unseen, rt_image **image)
 {
     static const char what[] = "rt_image_create";
     rt_image *made;
+    bool used;
     uint64_t bytes = (uint64_t)width * height * 4 * sizeof(float); /* at most 2^44 once the size is checked */
     rt_status status;
     if (image)
@@ -67,16 +93,24 @@ rt_status rt_image_create(rt_context *context, uint32_t width, uint32_t height, 
     if (!made)
         return rti_fail_memory(context, what, sizeof *made);
     made->size = (size_t)bytes;
-    made->pixels = rti_alloc_zero(context, made->size);
+    made->pixels = rti_kept_take(context, RTI_KEPT_PICTURE, made->size, &used);
     if (!made->pixels) {
         rti_free(context, made, sizeof *made);
         return rti_fail_memory(context, what, (size_t)bytes);
     }
+    if (!used || !unseen)
+        clear(made, threads);
     *image = made;
     return RT_OK;
 }
 
-rt_status rti_image_wrap(rt_context *ctx, uint32_t width, uint32_t height, float *pixels, size_t row_bytes, rt_image **image)
+rt_status rt_image_create(rt_context *context, uint32_t width, uint32_t height, rt_image **image)
+{
+    return rti_image_make(context, width, height, rt_context_workers(context), false, image);
+}
+
+rt_status rti_image_wrap(rt_context *ctx, uint32_t width, uint32_t height, float *pixels, size_t row_bytes, uint32_t threads,
+                         rt_image **image)
 {
     rt_image *made = image_new(ctx, width, height);
     *image = NULL;
@@ -84,8 +118,7 @@ rt_status rti_image_wrap(rt_context *ctx, uint32_t width, uint32_t height, float
         return rti_fail_memory(ctx, "image", sizeof *made);
     made->pixels = pixels;
     made->row_bytes = row_bytes;
-    for (uint32_t y = 0; y < height; y++)
-        memset(rti_image_row(made, y), 0, (size_t)width * 4 * sizeof(float));
+    clear(made, threads);
     *image = made;
     return RT_OK;
 }
@@ -104,7 +137,7 @@ void rt_image_destroy(rt_image *image)
         text_free(image->ctx, &image->texts[i]);
     rti_free(image->ctx, image->texts, image->text_capacity * sizeof *image->texts);
     if (image->size)
-        rti_free(image->ctx, image->pixels, image->size);
+        rti_kept_give(image->ctx, RTI_KEPT_PICTURE, image->pixels, image->size);
     rti_free(image->ctx, image, sizeof *image);
 }
 

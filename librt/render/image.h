@@ -33,7 +33,11 @@ static inline float *rti_image_row(const rt_image *image, uint32_t y)
 rt_status rti_image_check_size(rt_context *ctx, const char *what, uint32_t width, uint32_t height);
 rt_status rti_image_check_room(rt_context *ctx, const char *what, uint32_t width, uint32_t height, uint64_t bytes);
 
-/* An image over the caller's buffer (cleared); row_bytes >= 16 width, a multiple of 4. */
-rt_status rti_image_wrap(rt_context *ctx, uint32_t width, uint32_t height, float *pixels, size_t row_bytes, rt_image **image);
+/* An image that at most `threads` threads clear; rt_image_create lets all of the context's. unseen: nobody looks before all
+ * pixels are set, so that it need not be clear. */
+rt_status rti_image_make(rt_context *ctx, uint32_t width, uint32_t height, uint32_t threads, bool unseen, rt_image **image);
+/* The same over the caller's buffer; row_bytes >= 16 width, a multiple of 4. */
+rt_status rti_image_wrap(rt_context *ctx, uint32_t width, uint32_t height, float *pixels, size_t row_bytes, uint32_t threads,
+                         rt_image **image);
 
 #endif

@@ -12,6 +12,8 @@
  * thread (one worker, not in the background) or on the host's tasks. */
 enum { RTI_JOB_THREADS = 0, RTI_JOB_DRIVEN };
 
+#define RTI_UNTOLD 64u /* tiles at most */
+
 /* What a worker has done so far, as others may read it. */
 typedef struct rti_job_share {
     rti_worker_counts counts;
@@ -22,11 +24,13 @@ typedef struct rti_job_share {
 typedef struct rti_job_worker {
     rti_worker wave;
     struct rt_job *job;
-    uint32_t role;        /* index of this worker */
-    uint32_t static_next; /* RT_SCHEDULE_STATIC: its next tile */
+    void *scratch;                             /* scratch_size bytes of rti_kept_take */
+    uint32_t role;                             /* index of this worker */
+    uint32_t static_next;                      /* RT_SCHEDULE_STATIC: its next tile */
+    uint32_t untold[RTI_UNTOLD], untold_count; /* finished tiles that the job has not heard of */
     bool begun, done;
-    uint32_t epoch;    /* of checkpoints: the last it gave its part to */
-    double stop_since; /* when it saw that the job is to stop; 0: not yet */
+    uint32_t epoch;                   /* of checkpoints: the last it gave its part to */
+    double stop_since;                /* when it saw that the job is to stop; 0: not yet */
     double busy_seconds, cpu_seconds; /* of the slices before this one */
     double slice_start, slice_cpu;
     rti_job_share share; /* under the job's lock; renewed with every tile */
@@ -75,7 +79,6 @@ struct rt_job {
 
     rti_job_worker *workers;
     uint32_t worker_count;
-    unsigned char *scratch; /* worker_count pieces of scratch_size */
     size_t scratch_size;
     uint32_t *finished; /* [tile_count] in the order of finishing */
 
@@ -101,11 +104,14 @@ struct rt_job {
 /* The scene's snapshot (retained), or STATE with a sentence. */
 rt_status rti_job_snapshot(const rt_scene *scene, const char *what, rti_snapshot **snapshot);
 /* Makes the job without starting it; it retains the snapshot. what: the public function, for messages; tune (may be NULL) changes
- * checked settings: tests. */
+ * checked settings. */
 rt_status rti_job_create(rt_context *ctx, rti_snapshot *snapshot, const char *what, const rt_render_desc *desc,
                          void (*tune)(rti_settings *settings), rt_job **job);
 /* Starts its threads, if it has any. */
 rt_status rti_job_run(rt_job *job);
+/* Runs it to its end on this thread and the context's, which are there already, where those are enough for a job of threads.
+ * false: it did not. */
+bool rti_job_run_here(rt_job *job);
 
 /* job_work.c. The tree that the tracer needs, once; then worker `role` until its end, a cancel, or `until` (by rti_now; < 0:
  * never). */

@@ -62,9 +62,9 @@ static rt_status make_image(rt_job *job)
     const rt_render_desc *d = &job->frame.set.desc;
     rt_status status;
     if (d->pixels)
-        status = rti_image_wrap(job->ctx, d->crop.width, d->crop.height, d->pixels, d->pixels_stride, &job->image);
+        status = rti_image_wrap(job->ctx, d->crop.width, d->crop.height, d->pixels, d->pixels_stride, d->workers, &job->image);
     else
-        status = rt_image_create(job->ctx, d->crop.width, d->crop.height, &job->image);
+        status = rti_image_make(job->ctx, d->crop.width, d->crop.height, d->workers, job->frame.set.unseen, &job->image);
     job->frame.image = job->image;
     return status;
 }
@@ -73,13 +73,16 @@ static rt_status make_workers(rt_job *job)
 {
     uint32_t n = job->frame.set.desc.workers;
     job->scratch_size = rti_worker_size(&job->frame);
-    job->workers = rti_alloc_array(job->ctx, n, sizeof *job->workers);
+    job->workers = rti_alloc_zero(job->ctx, n * sizeof *job->workers);
     if (!job->workers)
         return rti_fail_memory(job->ctx, "the workers of a render", n * sizeof *job->workers);
     job->worker_count = n;
-    job->scratch = rti_alloc_array(job->ctx, n, job->scratch_size);
-    if (!job->scratch)
-        return rti_fail_memory(job->ctx, "the workers' rays", n * job->scratch_size);
+    for (uint32_t i = 0; i < n; i++) {
+        bool used;
+        job->workers[i].scratch = rti_kept_take(job->ctx, RTI_KEPT_WORK, job->scratch_size, &used);
+        if (!job->workers[i].scratch)
+            return rti_fail_memory(job->ctx, "the workers' rays", n * job->scratch_size);
+    }
     job->finished = rti_alloc_array(job->ctx, job->frame.tile_count, sizeof *job->finished);
     if (!job->finished)
         return rti_fail_memory(job->ctx, "the list of tiles", job->frame.tile_count * sizeof *job->finished);
@@ -233,7 +236,8 @@ void rt_job_destroy(rt_job *job)
     rt_image_destroy(job->image);
     rti_keeper_free(job);
     rti_free(job->ctx, job->finished, job->frame.tile_count * sizeof *job->finished);
-    rti_free(job->ctx, job->scratch, job->worker_count * job->scratch_size);
+    for (uint32_t i = 0; i < job->worker_count; i++)
+        rti_kept_give(job->ctx, RTI_KEPT_WORK, job->workers[i].scratch, job->scratch_size);
     rti_free(job->ctx, job->workers, job->worker_count * sizeof *job->workers);
     rti_free(job->ctx, job->light_of_geom, job->geom_count * sizeof *job->light_of_geom);
     rti_snapshot_release(job->snapshot);

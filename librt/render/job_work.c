@@ -3,6 +3,8 @@
 
 #include "job.h"
 
+#define TELL_SECONDS 0.001 /* of work between two looks at the lock */
+
 /* ---- what a worker asks of the job ---- */
 
 static uint32_t next_tile(void *owner)
@@ -30,27 +32,39 @@ void rti_job_renew_share(rti_job_worker *w)
     w->share.cpu_seconds = w->cpu_seconds + (rti_thread_cpu() - w->slice_cpu);
 }
 
-static void tile_done(void *owner, uint32_t index)
+/* Many workers with small tiles would wait for each other at the lock: tiles are told of a few at a time. */
+static void tell_tiles(rti_job_worker *w)
 {
-    rti_job_worker *w = owner;
     rt_job *job = w->job;
-    rt_tile t = rti_frame_tile(&job->frame, index);
-    atomic_fetch_add_explicit(&job->pixels_done, (uint64_t)t.width * t.height, memory_order_relaxed);
+    if (w->untold_count == 0)
+        return;
     pthread_mutex_lock(&job->lock);
-    if (job->keeper)
-        job->keeper->finished_by[job->finished_count] = w->role;
-    job->finished[job->finished_count++] = index;
+    for (uint32_t i = 0; i < w->untold_count; i++) {
+        rt_tile t = rti_frame_tile(&job->frame, w->untold[i]);
+        atomic_fetch_add_explicit(&job->pixels_done, (uint64_t)t.width * t.height, memory_order_relaxed);
+        if (job->keeper)
+            job->keeper->finished_by[job->finished_count] = w->role;
+        job->finished[job->finished_count++] = w->untold[i];
+    }
+    w->untold_count = 0;
     rti_job_renew_share(w);
     if (job->on_tile)
         pthread_cond_broadcast(&job->news);
     pthread_mutex_unlock(&job->lock);
 }
 
+static void tile_done(void *owner, uint32_t index)
+{
+    rti_job_worker *w = owner;
+    w->untold[w->untold_count++] = index;
+    if (w->job->keeper || w->untold_count == RTI_UNTOLD) /* a keeper knows of each at once */
+        tell_tiles(w);
+}
+
 void rti_job_init_worker(rt_job *job, uint32_t role)
 {
     rti_job_worker *w = &job->workers[role];
-    memset(w, 0, sizeof *w);
-    rti_worker_init(&w->wave, &job->frame, job->scratch + role * job->scratch_size);
+    rti_worker_init(&w->wave, &job->frame, w->scratch);
     w->job = job;
     w->role = role;
     w->static_next = role;
@@ -131,6 +145,21 @@ static void end_worker(rti_job_worker *w)
     pthread_mutex_unlock(&job->lock);
 }
 
+/* Returns whether the job still wants its work. */
+static bool begin_worker(rti_job_worker *w)
+{
+    rti_keeper *k = w->job->keeper;
+    rti_worker_begin(&w->wave);
+    pthread_mutex_lock(&w->job->lock);
+    w->begun = true;
+    if (k) {
+        w->epoch = atomic_load(&k->epoch);
+        atomic_store(&k->flying, true);
+    }
+    pthread_mutex_unlock(&w->job->lock);
+    return !k || !atomic_load(&k->stop);
+}
+
 void rti_job_work(rt_job *job, uint32_t role, double until)
 {
     rti_job_worker *w = &job->workers[role];
@@ -138,21 +167,21 @@ void rti_job_work(rt_job *job, uint32_t role, double until)
     rti_fpenv env = rti_fp_enter();
     w->slice_start = rti_now();
     w->slice_cpu = rti_thread_cpu();
-    if (job->keeper && more && !w->begun) {
-        pthread_mutex_lock(&job->lock);
-        w->begun = true;
-        w->epoch = atomic_load(&job->keeper->epoch);
-        atomic_store(&job->keeper->flying, true);
-        pthread_mutex_unlock(&job->lock);
-        more = !atomic_load(&job->keeper->stop);
-    }
-    while (more) {
+    if (more && !w->begun)
+        more = begin_worker(w);
+    for (double now, told = w->slice_start; more;) {
         more = rti_worker_step(&w->wave);
         if (job->keeper)
             more = rti_keeper_tend(w, more);
-        if (until >= 0 && rti_now() >= until)
+        now = rti_now();
+        if (until >= 0 && now >= until)
             break;
+        if (now - told >= TELL_SECONDS) {
+            tell_tiles(w);
+            told = now;
+        }
     }
+    tell_tiles(w);
     rti_fp_leave(env);
     if (!more) {
         end_worker(w);
@@ -191,4 +220,14 @@ void rti_job_drive(rt_job *job, double seconds)
 {
     slice s = {job, rti_now() + seconds};
     rti_parallel(job->ctx, job->worker_count, drive_one, &s);
+}
+
+/* The tree comes first: its builders are the threads that the workers are. */
+bool rti_job_run_here(rt_job *job)
+{
+    if (job->mode != RTI_JOB_THREADS || job->keeper || job->worker_count > rt_context_workers(job->ctx))
+        return false;
+    prepare(job);
+    rti_parallel(job->ctx, job->worker_count, rti_job_thread, job);
+    return true;
 }

@@ -5,10 +5,15 @@
 
 #define BAND_MEMORY ((uint64_t)256 << 20)
 
+static void unseen(rti_settings *settings)
+{
+    settings->unseen = true;
+}
+
 /* Runs a job to its end; OK when its image is whole. */
 static rt_status finish(rt_job *job)
 {
-    rt_status status = rti_job_run(job);
+    rt_status status = rti_job_run_here(job) ? RT_OK : rti_job_run(job);
     if (status == RT_OK && rt_job_wait(job, -1) != RT_JOB_DONE)
         status = rt_job_status(job);
     return status;
@@ -27,7 +32,7 @@ rt_status rt_render(rt_scene *scene, const rt_render_desc *desc, rt_image **imag
     status = rti_job_snapshot(scene, what, &snapshot);
     if (status != RT_OK)
         return status;
-    status = rti_job_create(ctx, snapshot, what, desc, NULL, &job);
+    status = rti_job_create(ctx, snapshot, what, desc, unseen, &job);
     rti_snapshot_release(snapshot);
     if (status != RT_OK)
         return status;
@@ -100,7 +105,7 @@ static rt_status render_band(banding *b, uint32_t y, uint32_t rows)
     d.crop.height = rows;
     d.checkpoint = b->kept.inner ? b->kept.inner : NULL;
     d.checkpoint_keep = 1; /* until the band stands in the other file */
-    status = rti_job_create(b->ctx, b->snapshot, band_what, &d, NULL, &job);
+    status = rti_job_create(b->ctx, b->snapshot, band_what, &d, unseen, &job);
     if (status != RT_OK)
         return status;
     rt_job_on_tile(job, count_tile, b);

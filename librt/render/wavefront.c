@@ -33,12 +33,12 @@ static void place_rays(layout *l, rti_rays *rays, uint32_t capacity)
     rays->capacity = blocks * RTK_BLOCK;
 }
 
-/* Counts are bounded by rti_frame_plan, so that no product here overflows. */
+/* First what every step uses, last what few do: pages that nobody touches cost nothing. Counts are bounded by rti_frame_plan, so
+ * that no product here overflows. */
 static size_t place(rti_worker *w, const rti_frame *f, unsigned char *memory)
 {
     layout l = {memory, 0};
     uint32_t shadow_blocks = f->shadow_rays / RTK_BLOCK;
-    place_rays(&l, &w->stack, f->stack_rays);
     place_rays(&l, &w->batch, f->batch);
     w->hits = take(&l, f->batch / RTK_BLOCK, sizeof *w->hits);
     w->lit_stride = f->batch + RTK_BLOCK;
@@ -57,9 +57,10 @@ static size_t place(rti_worker *w, const rti_frame *f, unsigned char *memory)
     w->times = take(&l, f->moving ? f->batch : 0, sizeof *w->times);
     w->steps = take(&l, f->set.integrator->flags & RTI_INTEGRATOR_STEPS ? f->batch : 0, sizeof *w->steps);
     w->touched = take(&l, f->scene->material_count / 32 + 1, sizeof *w->touched);
-    w->scratch.room = take(&l, 1, RTI_TRACE_ROOM);
     w->slots = take(&l, f->slot_count, sizeof *w->slots);
     w->film = take(&l, (size_t)f->slot_count << f->slot_shift, RTK_FILM_CHANNELS * sizeof *w->film);
+    place_rays(&l, &w->stack, f->stack_rays);
+    w->scratch.room = take(&l, 1, RTI_TRACE_ROOM);
     return l.size;
 }
 
@@ -78,9 +79,13 @@ void rti_worker_init(rti_worker *worker, const rti_frame *frame, void *memory)
     worker->slot = RTK_INVALID;
     worker->shadows.light = RTK_INVALID;
     worker->lit_most = frame->scene->light_count > 1 ? frame->batch + RTK_BLOCK : LIT_FEW;
-    memset(worker->lit, 0, (size_t)RTI_LIT_ROWS * worker->lit_stride * sizeof *worker->lit); /* lanes behind the last are read */
     memset(worker->touched, 0, (frame->scene->material_count / 32 + 1) * sizeof *worker->touched);
     memset(worker->slots, 0, frame->slot_count * sizeof *worker->slots);
+}
+
+void rti_worker_begin(rti_worker *worker)
+{
+    memset(worker->lit, 0, (size_t)RTI_LIT_ROWS * worker->lit_stride * sizeof *worker->lit); /* lanes behind the last are read */
 }
 
 /* ---- the stack ---- */

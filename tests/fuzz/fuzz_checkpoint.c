@@ -92,6 +92,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     free(bytes);
     rt_context_memory(ctx, &before, NULL);
     load(ctx, path, &key);
+    rt_context_drop_kept(ctx);
     rt_context_memory(ctx, &after, NULL);
     unlink(path);
     if (before != after)

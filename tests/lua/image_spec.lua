@@ -158,6 +158,7 @@ describe("an image", function()
     assert.is_true(held < 400 << 20, ("%d MiB of images wait for the collector"):format(held >> 20))
     collectgarbage()
     collectgarbage()
+    rt.drop_kept()
     assert.is_true(rt.machine().memory - before <= 0)
   end)
 

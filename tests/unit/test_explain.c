@@ -368,6 +368,7 @@ static void test_no_memory(void **state)
         atomic_store(&m.fail_at, 0);
         assert_true(status == RT_OK || status == RT_ERROR_MEMORY);
         failed += status != RT_OK;
+        rt_context_drop_kept(ctx);
         assert_int_equal(atomic_load(&m.blocks), blocks);
         free(t.rays);
     }

@@ -92,7 +92,7 @@ static void test_hash_ignores_padding(void **state)
     (void)state;
     for (int i = 0; i < 32; i++)
         buffer[i] = 7.0f;
-    assert_int_equal(rti_image_wrap(test.ctx, 3, 2, buffer, 16 * sizeof(float), &wrapped), RT_OK);
+    assert_int_equal(rti_image_wrap(test.ctx, 3, 2, buffer, 16 * sizeof(float), 1, &wrapped), RT_OK);
     assert_true(buffer[0] == 0.0f && buffer[27] == 0.0f && buffer[12] == 7.0f && buffer[28] == 7.0f);
     for (int i = 0; i < 12; i++) {
         rti_image_row(wrapped, 1)[i] = (float)i;

@@ -4,6 +4,7 @@
 
 #include <pthread.h>
 
+#include "librt/render.h"
 #include "librt/trace.h"
 
 enum { TRIANGLES = 600, RAYS = 500 };
@@ -148,9 +149,126 @@ static void test_dropped(void **state)
     }
 }
 
+static rt_image *picture(rt_context *ctx, uint32_t width)
+{
+    rt_image *image = NULL;
+    kit_ok(ctx, rt_image_create(ctx, width, 256, &image));
+    for (uint32_t i = 0; i < width * 256 * 4; i++)
+        assert_true(rt_image_pixels(image)[i] == 0.0f);
+    memset(rt_image_pixels(image), 0xff, (size_t)width * 256 * 16);
+    return image;
+}
+
+/* Pixels of one picture are kept, and cleared for the next one of that size; of another size, or small, they are not. */
+static void test_pictures(void **state)
+{
+    kit_memory memory = {0};
+    rt_context *ctx = kit_context(&memory, 4);
+    rt_image *a = picture(ctx, 1000), *b = picture(ctx, 1000);
+    const float *pixels = rt_image_pixels(a);
+    uint64_t none, kept, now;
+    (void)state;
+    rt_image_destroy(a);
+    rt_image_destroy(b);
+    rt_context_memory(ctx, &kept, NULL);
+    a = picture(ctx, 1000);
+    assert_ptr_equal(rt_image_pixels(a), pixels);
+    b = picture(ctx, 100);
+    rt_image_destroy(b); /* less than a megabyte */
+    rt_image_destroy(a);
+    rt_context_memory(ctx, &now, NULL);
+    assert_int_equal(now, kept);
+    rt_image_destroy(picture(ctx, 1001));
+    rt_context_memory(ctx, &now, NULL);
+    assert_int_equal(now, kept + 256 * 16);
+    rt_context_drop_kept(ctx);
+    rt_context_memory(ctx, &none, NULL);
+    assert_true(none + 1000 * 256 * 16 < kept);
+    rt_context_destroy(ctx);
+    assert_int_equal(memory.bytes, 0);
+}
+
+/* Workers' memory is kept for the next render with as many rays: that of as many workers as the context has. */
+static void test_workers(void **state)
+{
+    kit_memory memory = {0};
+    rt_context *ctx = kit_context(&memory, 3);
+    rt_scene *scene = scatter(ctx, 5);
+    rt_render_desc d = rt_render_desc_default();
+    rt_image *image, *first = NULL;
+    uint64_t before, one, three, now;
+    (void)state;
+    d.width = d.height = 64;
+    d.workers = 3;
+    kit_ok(ctx, rt_render(scene, &d, &first)); /* makes the context's threads, too */
+    rt_context_memory(ctx, &three, NULL);
+    for (uint32_t workers = 1; workers <= 17; workers += 4) {
+        d.workers = workers;
+        kit_ok(ctx, rt_render(scene, &d, &image));
+        assert_memory_equal(rt_image_pixels(first), rt_image_pixels(image), 64 * 64 * 16);
+        rt_image_destroy(image);
+        rt_context_memory(ctx, &now, NULL);
+        assert_int_equal(now, three);
+    }
+    rt_context_drop_kept(ctx);
+    rt_context_memory(ctx, &before, NULL);
+    d.workers = 1;
+    kit_ok(ctx, rt_render(scene, &d, &image));
+    rt_image_destroy(image);
+    rt_context_memory(ctx, &one, NULL);
+    assert_true(one > before);
+    assert_int_equal(three - before, 3 * (one - before));
+    rt_image_destroy(first);
+    rt_scene_destroy(scene);
+    rt_context_destroy(ctx);
+    assert_int_equal(memory.bytes, 0);
+}
+
+/* A context that may take `limit` bytes renders, lets go of its scene, and makes a picture of `bytes`. What it holds before that;
+ * *again: trees it then need not build again for the same scene. */
+static uint64_t pressed(uint64_t limit, uint32_t bytes, uint64_t *again)
+{
+    rt_context_desc cd = rt_context_desc_default();
+    rt_render_desc d = rt_render_desc_default();
+    rt_context *ctx = NULL;
+    rt_image *image = NULL;
+    uint64_t held;
+    cd.workers = 1;
+    cd.memory_limit = limit;
+    assert_int_equal(rt_context_create(&cd, &ctx), RT_OK);
+    rt_scene *scene = scatter(ctx, 6);
+    d.width = d.height = 64;
+    kit_ok(ctx, rt_render(scene, &d, &image));
+    rt_image_destroy(image);
+    rt_scene_destroy(scene);
+    rt_context_memory(ctx, &held, NULL);
+    kit_ok(ctx, rt_image_create(ctx, bytes / 16, 1, &image));
+    rt_image_destroy(image);
+    scene = scatter(ctx, 6);
+    *again = rt_context_work(ctx).trees_kept;
+    rt_scene_destroy(scene);
+    rt_context_destroy(ctx);
+    return held;
+}
+
+/* Where memory is short, that of workers goes first, and a tree that would have to be built again only when that is not enough.
+ */
+static void test_order(void **state)
+{
+    uint64_t again, held;
+    (void)state;
+    held = pressed(0, 16, &again);
+    assert_int_equal(again, 1);
+    assert_int_equal(pressed(held + (256 << 10), 512 << 10, &again), held);
+    assert_int_equal(again, 1);
+    pressed(held + (256 << 10), (uint32_t)held + (248 << 10), &again);
+    assert_int_equal(again, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_without), cmocka_unit_test(test_kept),
-                                       cmocka_unit_test(test_dropped)};
+                                       cmocka_unit_test(test_dropped), cmocka_unit_test(test_pictures),
+                                       cmocka_unit_test(test_workers), cmocka_unit_test(test_order)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
