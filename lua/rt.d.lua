@@ -1159,7 +1159,7 @@ function rt.machine() end
 ---@return { files_read: integer, files_kept: integer, trees_built: integer, top_trees_built: integer, trees_kept: integer, trees_refitted: integer, read_seconds: number, build_seconds: number, saved_seconds: number }
 function rt.counts() end
 
----Lets go of the files and trees that are only kept for later scenes.
+---Lets go of what is only kept for later: files and trees, and the memory that renders worked in.
 function rt.drop_kept() end
 
 ---@return { name: string, help: string }[]

@@ -147,7 +147,8 @@ typedef struct rt_context_work_stats {
 } rt_context_work_stats;
 /** Counts since the context was made; differences tell what one commit did. Threads any. */
 RT_API rt_context_work_stats rt_context_work(const rt_context *context);
-/** Lets go of all that is only kept for later. Never needed: for programs that want the memory for something else. Threads any. */
+/** Lets go of all that is only kept for later: files and trees, and the working memory of queries and renders (that of as many workers as the context
+ *  has, and the pixels of one picture up to 256 MiB). Never needed: for programs that want the memory for something else. Threads any. */
 RT_API void rt_context_drop_kept(rt_context *context);
 
 /** The name of a status, as "RT_ERROR_IO"; "unknown status" for other numbers. Never NULL. */
