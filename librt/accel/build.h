@@ -33,7 +33,7 @@ typedef struct rti_build {
     rti_cancel *cancel;
 } rti_build;
 
-/* All but isa. */
+/* isa becomes generic; who has a context sets it then. */
 void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_build_settings *settings, rti_cancel *cancel);
 
 /* Asks for a triangle ahead, which may lie across two lines of a cache. */

@@ -2,7 +2,7 @@
  * in vectors asks for the pieces' boxes before their triangles. So cells need not be split until they list few, where triangles
  * are listed more and more often (a third less memory, rays 1.05 to 1.25 times as fast). The leaf itself stays as it is.
  *
- * A piece's box is what lies around its triangles' parts in the box of the leaf, as references are made (ref.c). The leaf's box
+ * A piece's box is what lies around its triangles' parts in the box of the leaf (kd_piece.c). The leaf's box
  * is around the parts in its cell, grown, so what is in the cell is in the box grown; a hit in the cell's part of a ray's way is
  * then in the piece's box, by ray.h, points 3 and 4.
  */

@@ -106,7 +106,7 @@ static inline void refs_of(const rti_build_input *in, const float lo[3], const f
             narrow_across(&p, 1, lo[1], hi[1], grow, least[1], most[1]);
             narrow_across(&p, 2, lo[2], hi[2], grow, least[2], most[2]);
         }
-    fine = V(lt)(V(set)(-1.0f), V(set)(0.0f));
+    fine = M(of)(~0u);
     for (uint32_t a = 0; a < 3; a++) {
         low[a] = V(max)(p.low[a] - V(set)(ROOM * grow), V(set)(lo[a]));
         high[a] = V(min)(p.high[a] + V(set)(ROOM * grow), V(set)(hi[a]));

@@ -18,6 +18,8 @@
  * is 17 + 10 + 32 = 59 uS < RTK_DELTA * S = 64 uS. The weights are as good: a point put together with them strays inside the
  * triangle by at most 128 uS.
  *
+ * Products that underflow add 6 2^-150 to det, V and W: where |det| is less than RTK_TRI_LEAST the fast result is not looked at.
+ *
  * Near a huge triangle all that still leaves t with an error of some uS, many times t itself. So E <= 64 u |z| is asked too, and
  * the doubled path takes the depth of the true plane, good to about 1e-6 of itself, where it is within 32 uS of the first one
  * (again 59): where it is not, the ray grazes, and the plane is met outside of the triangle.
@@ -26,6 +28,9 @@
 #define RTK_TRIANGLE_H
 
 #include "snapshot.h"
+
+#define RTK_TRI_LEAST 7.5231638e-37f /* 2^-120: |det| from which on what underflows in it is 2^-27 of it */
+#define RTK_TRI_MORE  1.073741824e9f /* 2^30 */
 
 /* The three sheared vertices, relative to the origin, and what comes of them: depth along kz, weights of vertices 1 and 2. */
 typedef struct rtk_sheared {
@@ -61,7 +66,8 @@ RTK_COLD float rtk_tri_plane_depth(const rtk_pray *r, RT_GLOBAL const rtk_tri *t
     return rtk_ff_quotient(num, den) * r->kdz;
 }
 
-/* The whole test again in doubled floats, x and y scaled to about 1 so that products keep their last bits. */
+/* The whole test again in doubled floats, x and y scaled to about 1, and by RTK_TRI_MORE, so that products keep what counts:
+ * where a corner is denormal beside others, |det| may be 2^-173 of the greatest |x| |y|. */
 RTK_COLD int rtk_tri_exact(const rtk_pray *r, RT_GLOBAL const rtk_tri *tri, rtk_sheared *s)
 {
     float kx = rtk_normaliser(rtk_max(rtk_max(rtk_fabs(s->ax), rtk_fabs(s->bx)), rtk_fabs(s->cx)));
@@ -70,12 +76,18 @@ RTK_COLD int rtk_tri_exact(const rtk_pray *r, RT_GLOBAL const rtk_tri *tri, rtk_
     int sv = rtk_compare_products(s->ax, s->cy, s->ay, s->cx);
     int sw = rtk_compare_products(s->bx, s->ay, s->by, s->ax);
     rtk_ff u, v, w, det, num, depth;
-    float z;
+    float ax, ay, bx, by, cx, cy, z;
     if ((su < 0 || sv < 0 || sw < 0) && (su > 0 || sv > 0 || sw > 0))
         return 0;
-    u = rtk_ff_diff_products(s->cx * kx, s->by * ky, s->cy * ky, s->bx * kx);
-    v = rtk_ff_diff_products(s->ax * kx, s->cy * ky, s->ay * ky, s->cx * kx);
-    w = rtk_ff_diff_products(s->bx * kx, s->ay * ky, s->by * ky, s->ax * kx);
+    ax = s->ax * RTK_TRI_MORE * kx;
+    bx = s->bx * RTK_TRI_MORE * kx;
+    cx = s->cx * RTK_TRI_MORE * kx;
+    ay = s->ay * RTK_TRI_MORE * ky;
+    by = s->by * RTK_TRI_MORE * ky;
+    cy = s->cy * RTK_TRI_MORE * ky;
+    u = rtk_ff_diff_products(cx, by, cy, bx);
+    v = rtk_ff_diff_products(ax, cy, ay, cx);
+    w = rtk_ff_diff_products(bx, ay, by, ax);
     det = rtk_ff_add(rtk_ff_add(u, v), w);
     if (!(rtk_fabs(det.hi) > 0.0f))
         return 0;
@@ -128,12 +140,12 @@ RTK_FN int rtk_tri_intersect(const rtk_pray *r, RT_GLOBAL const rtk_tri *tri, fl
     q = mx * my * rtk_fabs(inv);
     e = s.b * rtk_fabs(db) + s.c * rtk_fabs(dc);
     e = 10.0f * e + (7.0f * e + 4.0f * d) * q;
-    if (uu == 0.0f || vv == 0.0f || ww == 0.0f ||
+    if (uu == 0.0f || vv == 0.0f || ww == 0.0f || !(rtk_fabs(det) >= RTK_TRI_LEAST) ||
         !(e <= rtk_min(32.0f * r->scale, 64.0f * rtk_fabs(s.z)) && (mx + my) * (10.0f * q + 12.0f) <= 128.0f * r->scale)) {
         /* Beyond doubt out of reach: above all the triangle that a spawned ray starts beside. */
         th = r->tshift + s.z / r->kdz;
         e = 1.2e-7f * e / rtk_fabs(r->kdz);
-        if (th + e < r->tmin || th - e > r->tmax)
+        if (rtk_fabs(det) >= RTK_TRI_LEAST && (th + e < r->tmin || th - e > r->tmax))
             return 0;
         if (!rtk_tri_exact(r, tri, &s))
             return 0;

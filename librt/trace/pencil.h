@@ -20,14 +20,15 @@
  *           made wider by 16 u of themselves; and where a ray starts less deep than the apex, by 16 u (P + S) at most, it is
  *           looked at from there on, as far to a side of where it is
  *           (Rays are not asked whether they meet the part, as rtk_ray_prepare asks: by points 2 and 3 those that hit do. Nor is
- * the apex held to a bound: where products overflow, a triangle is not told from one that is met.) depths  of origins and ends
- * are rounded by 4 u of P and of the way; 16 u of each, and 48 u (P + S), are allowed for edges   the leaf test's sheared corners
- * are those of a ray through the apex, but for off and 6 u (P + S); those here, of the middle slopes, for 6 u (P + S) more. With
- * H the greatest difference of a slope from the middle, and of each corner s = max(|x|, |y|) + H |z|, its x and y at any ray of
- * the pencil are no more than s, so of the greatest s of the three corners an edge function there differs from what is told here
- * by less than (s + e) (4 e + 32 u s), e = off + 48 u (P
- * + S): four products, each with one factor wrong by e, and roundings of products that add up to less than 2 s s, six each at
- * most. The leaf test's signs are those of its corners exactly, so below minus that an edge function is negative there, too.
+ *           the apex held to a bound: where products overflow, a triangle is not told from one that is met.)
+ *   depths  of origins and ends are rounded by 4 u of P and of the way; 16 u of each, and 48 u (P + S), are allowed for
+ *   edges   the leaf test's sheared corners are those of a ray through the apex, but for off and 6 u (P + S); those here, of the
+ *           middle slopes, for 6 u (P + S) more. With H the greatest difference of a slope from the middle, and of each corner
+ *           s = max(|x|, |y|) + H |z|, its x and y at any ray of the pencil are no more than s, so of the greatest s of the three
+ *           corners an edge function there differs from what is told here by less than (s + e) (4 e + 32 u s), e = off + 48 u
+ *           (P + S): four products, each with one factor wrong by e, and roundings of products that add up to less than 2 s s,
+ *           six each at most. The leaf test's signs are those of its corners exactly, so below minus that an edge function is
+ *           negative there, too.
  */
 #ifndef RTI_PENCIL_H
 #define RTI_PENCIL_H

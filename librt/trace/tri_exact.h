@@ -106,7 +106,7 @@ RTI_VEC vec wide_plane_depth(const tri_ray *r, vec dx, vec dy, const vec v0[3], 
 RTI_VEC void tri_wide(const tri_ray *r, const vec *dx, const vec *dy, const vec v0[3], const vec v1[3], const vec v2[3],
                       rtk_u32 lanes, tri_hit *hit)
 {
-    const vec zero = V(set)(0.0f), one = V(set)(1.0f);
+    const vec zero = V(set)(0.0f), one = V(set)(1.0f), more = V(set)(RTK_TRI_MORE);
     const vec az = v0[2] - r->oz, bz = v1[2] - r->oz, cz = v2[2] - r->oz;
     vec ax = (v0[0] - r->ox) - r->sx * az, ay = (v0[1] - r->oy) - r->sy * az;
     vec bx = (v1[0] - r->ox) - r->sx * bz, by = (v1[1] - r->oy) - r->sy * bz;
@@ -116,12 +116,12 @@ RTI_VEC void tri_wide(const tri_ray *r, const vec *dx, const vec *dy, const vec 
     wide_ff u, v, w, det, depth;
     vec z, plane, t;
     rtk_u32 good;
-    ax = ax * kx;
-    bx = bx * kx;
-    cx = cx * kx;
-    ay = ay * ky;
-    by = by * ky;
-    cy = cy * ky;
+    ax = ax * more * kx;
+    bx = bx * more * kx;
+    cx = cx * more * kx;
+    ay = ay * more * ky;
+    by = by * more * ky;
+    cy = cy * more * ky;
     u = wide_diff_products(cx, by, cy, bx);
     v = wide_diff_products(ax, cy, ay, cx);
     w = wide_diff_products(bx, ay, by, ax);

@@ -62,8 +62,8 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
     uint32_t keep = s.keep;
     if (__builtin_expect(keep == 0u, 1))
         return 0u;
-    VEC det = uu + vv + ww;
-    keep &= M(bits)(F(lt)(F(abs)(det), F(set)(RTK_INF)));
+    VEC det = uu + vv + ww, size = F(abs)(det);
+    keep &= M(bits)(F(lt)(size, F(set)(RTK_INF)));
     VEC inv = F(set)(1.0f) / det, db = bz - az, dc = cz - az;
     VEC wb = vv * inv, wc = ww * inv, z = az + (wb * db + wc * dc);
     VEC mx = F(max)(F(max)(F(abs)(ax), F(abs)(bx)), F(abs)(cx));
@@ -73,18 +73,18 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
     e = F(set)(10.0f) * e + (F(set)(7.0f) * e + F(set)(4.0f) * d) * q;
     MASK good = F(le)(e, F(min)(F(set)(32.0f) * r->scale, F(set)(64.0f) * F(abs)(z)));
     good = M(and)(good, F(le)((mx + my) * (F(set)(10.0f) * q + F(set)(12.0f)), F(set)(128.0f) * r->scale));
-    MASK edge = M(or)(M(or)(F(eq)(uu, zero), F(eq)(vv, zero)), F(eq)(ww, zero));
-    uint32_t sure = keep & M(bits)(M(andnot)(good, edge)), doubt = keep & ~sure;
+    MASK edge = M(or)(M(or)(F(eq)(uu, zero), F(eq)(vv, zero)), F(eq)(ww, zero)), told = F(le)(F(set)(RTK_TRI_LEAST), size);
+    uint32_t sure = keep & M(bits)(M(andnot)(M(and)(good, told), edge)), doubt = keep & ~sure;
     VEC th = r->tshift + z / r->kdz;
     out->certain = 0u;
     out->off = zero;
     if (doubt) {
         VEC slope = F(abs)(r->kdz), off;
         e = F(set)(1.2e-7f) * e / slope;
-        doubt &= ~M(bits)(M(or)(F(lt)(th + e, r->tmin), F(lt)(r->tmax, th - e)));
+        doubt &= ~M(bits)(M(and)(told, M(or)(F(lt)(th + e, r->tmin), F(lt)(r->tmax, th - e))));
         off = e + (F(set)(SETTLE_OFF) * r->scale / slope + F(set)(CERTAIN_OFF_T) * (F(abs)(th) + F(abs)(r->tshift)));
         off = off + F(set)(CERTAIN_OFF_LEAST);
-        good = M(and)(F(le)(q, F(set)(CERTAIN_Q)), F(le)(F(set)(CERTAIN_DET), F(abs)(det)));
+        good = M(and)(F(le)(q, F(set)(CERTAIN_Q)), F(le)(F(set)(CERTAIN_DET), size));
         good = M(andnot)(M(and)(good, M(and)(F(lt)(r->tmin, th - off), F(lt)(th + off, r->tmax))), edge);
         out->certain = doubt & M(bits)(good); /* no NaN: th is compared; who keeps hits by vectors relies on that */
         out->off = off;

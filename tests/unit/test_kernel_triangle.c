@@ -1,5 +1,6 @@
 /* The triangle test against long double: every accepted hit's point within RTK_DELTA * scale of the triangle, and no leaks. */
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -74,21 +75,47 @@ static rtk_tri tri_of(rtk_vec3 a, rtk_vec3 b, rtk_vec3 c)
     return t;
 }
 
-/* Distance of the hit's point from the triangle as a part of scale, -1 for a miss. */
-static real hit_distance(const rtk_vec3 v[3], rtk_vec3 org, rtk_vec3 dir, const rtk_vec3 box[2])
+/* The hit's point and the scale; false: a miss. */
+static bool hit_point(const rtk_vec3 v[3], rtk_vec3 org, rtk_vec3 dir, const rtk_vec3 box[2], real3 *p, real *scale)
 {
     rtk_pray r = {0};
     rtk_tri tri = tri_of(v[0], v[1], v[2]);
     float t, b, c;
     if (!prepare(org, dir, -1e30f, 1e30f, box[0], box[1], &r))
-        return -1;
+        return false;
     r.tshift = 0.0f; /* t along the prepared origin: what trees walk by, before it is rounded into the caller's t */
     if (!rtk_tri_intersect(&r, &tri, &t, &b, &c))
-        return -1;
+        return false;
     assert_true(b >= 0.0f && c >= 0.0f && b <= 1.0f && c <= 1.0f);
+    *p = madd(r3(r.org), t, r3(dir));
+    *scale = r.scale;
+    return true;
+}
+
+/* Distance of the hit's point from the triangle as a part of scale, -1 for a miss. */
+static real hit_distance(const rtk_vec3 v[3], rtk_vec3 org, rtk_vec3 dir, const rtk_vec3 box[2])
+{
     const real3 w[3] = {r3(v[0]), r3(v[1]), r3(v[2])};
-    real3 p = madd(r3(r.org), t, r3(dir));
-    return max_norm(sub(p, nearest_on_triangle(p, w))) / r.scale;
+    real3 p;
+    real scale;
+    return hit_point(v, org, dir, box, &p, &scale) ? max_norm(sub(p, nearest_on_triangle(p, w))) / scale : -1;
+}
+
+static real outside(real x, float a, float b, float c)
+{
+    const real low = fminf(fminf(a, b), c), high = fmaxf(fmaxf(a, b), c);
+    return x < low ? low - x : x > high ? x - high : 0;
+}
+
+/* The same from the triangle's box: where not even long doubles tell a thin triangle's nearest point. */
+static real box_distance(const rtk_vec3 v[3], rtk_vec3 org, rtk_vec3 dir, const rtk_vec3 box[2])
+{
+    real3 p;
+    real scale;
+    if (!hit_point(v, org, dir, box, &p, &scale))
+        return -1;
+    p = (real3){outside(p.x, v[0].x, v[1].x, v[2].x), outside(p.y, v[0].y, v[1].y, v[2].y), outside(p.z, v[0].z, v[1].z, v[2].z)};
+    return max_norm(p) / scale;
 }
 
 typedef enum shape_kind { RANDOM, SLIVER, HUGE_FLOOR, GRAZING, TINY, KINDS } shape_kind;
@@ -157,6 +184,47 @@ static void hits_are_on_the_triangle(void **state)
             assert_true(hits > TEST_MANY(500));
             assert_true(worst < RTK_DELTA);
         }
+    }
+}
+
+/* A number of any size down to the smallest there are, for a world of that size. */
+static float slight(rng *g, float size)
+{
+    const float x = rng_pm(g);
+    const uint32_t kind = rng_u32(g) % 4;
+    float y = kind == 0 ? 0.0f : size * x;
+    if (kind == 1)
+        y = size * ldexpf(x, -(int)(rng_u32(g) % 140));
+    if (kind == 2)
+        y = ldexpf(x, -(int)(rng_u32(g) % 150));
+    return rtk_fabs(y) <= size ? y : size * x;
+}
+
+/* Corners of which single coordinates are denormal: products of two of them underflow, and the triangle may have an area all the
+ * same. Rays go through them along an axis, where nothing rounds what is that small away. */
+static void slight_corners_are_met_where_they_are(void **state)
+{
+    static const float sizes[] = {1.0f, 1e-3f, 1e-7f, 1e-10f, 1e-15f, 1e6f, 1e12f};
+    (void)state;
+    for (int w = 0; w < 7; w++) {
+        const float size = sizes[w];
+        rng g = {77u + (uint64_t)w};
+        real worst = 0;
+        int hits = 0;
+        for (int i = 0; i < TEST_MANY(600000); i++) {
+            rtk_vec3 v[3], box[2] = {rtk_v3(-size, -size, -size), rtk_v3(size, size, size)}, at, org;
+            const float z = size * rng_pm(&g);
+            for (int k = 0; k < 3; k++)
+                v[k] = rtk_v3(slight(&g, size), slight(&g, size), i % 2 ? z : slight(&g, size));
+            at = v[rng_u32(&g) % 3];
+            org = rtk_v3(rng_u32(&g) % 2 ? at.x : 0.0f, rng_u32(&g) % 2 ? at.y : 0.0f, 2.0f * size * rng_pm(&g));
+            const real d = box_distance(v, org, rtk_v3(0.0f, 0.0f, at.z < org.z ? -1.0f : 1.0f), box);
+            hits += d >= 0;
+            worst = d > worst ? d : worst;
+        }
+        print_message("size %-7g %6d hits, worst distance %5.1Lf u scale\n", (double)size, hits, worst * 16777216.0L);
+        assert_true(hits > TEST_MANY(20000));
+        assert_true(worst < RTK_DELTA);
     }
 }
 
@@ -395,13 +463,10 @@ static void odd_rays_miss(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(hits_are_on_the_triangle),
-        cmocka_unit_test(far_origins_stay_on_the_ray),
-        cmocka_unit_test(t_is_good_near_a_floor),
-        cmocka_unit_test(closed_meshes_do_not_leak),
-        cmocka_unit_test(shared_edges_belong_to_someone),
-        cmocka_unit_test(odd_triangles_miss),
-        cmocka_unit_test(odd_rays_miss),
+        cmocka_unit_test(hits_are_on_the_triangle),    cmocka_unit_test(slight_corners_are_met_where_they_are),
+        cmocka_unit_test(far_origins_stay_on_the_ray), cmocka_unit_test(t_is_good_near_a_floor),
+        cmocka_unit_test(closed_meshes_do_not_leak),   cmocka_unit_test(shared_edges_belong_to_someone),
+        cmocka_unit_test(odd_triangles_miss),          cmocka_unit_test(odd_rays_miss),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

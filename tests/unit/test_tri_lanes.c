@@ -44,10 +44,20 @@ static rtk_vec3 target(rng *g, const rtk_tri *t, int kind)
     return p;
 }
 
+#define SLIGHT 6 /* a triangle's shape: some of its coordinates are tiny beside others */
+
+/* A number of any size, down to the smallest there are. */
+static float slight(rng *g)
+{
+    const float x = rng_pm(g);
+    const uint32_t kind = rng_u32(g) % 4u;
+    return kind == 0u ? 0.0f : kind == 1u ? x : ldexpf(x, -(int)(rng_u32(g) % 150u));
+}
+
 /* Returns its shape. */
 static int make_triangle(rng *g, rtk_tri *t)
 {
-    int shape = (int)(rng_unit(g) * 6.0f);
+    int shape = (int)(rng_unit(g) * 7.0f);
     float size = shape == 0 ? 1e-3f : 1.0f;
     rtk_vec3 a = point(g, 1.0f), b = point(g, size), c = point(g, size);
     if (shape == 0) { /* small */
@@ -62,6 +72,10 @@ static int make_triangle(rng *g, rtk_tri *t)
         c = rtk_v3(-0.5f, 0.25f, 0.5f);
     } else if (shape == 3 && rng_unit(g) < 0.1f) { /* a point */
         b = c = a;
+    } else if (shape == SLIGHT) {
+        a = rtk_v3(slight(g), slight(g), a.z);
+        b = rtk_v3(slight(g), slight(g), rng_u32(g) % 2u ? a.z : slight(g));
+        c = rtk_v3(slight(g), slight(g), rng_u32(g) % 2u ? b.z : slight(g));
     }
     memset(t, 0, sizeof *t);
     set(t->v0, a);
@@ -109,6 +123,11 @@ static int make_ray(rng *g, int shape, const rtk_tri *t, sizes size, rtk_pray *r
         ray.dir = point(g, 1.0f);
     if (start == 2 && shape == 2)
         ray.dir = rtk_v3(0.0f, -1.0f, 0.0f);
+    if (shape == SLIGHT && start > 1) { /* through a corner, along an axis */
+        const float *at = start == 2 ? t->v0 : start == 3 ? t->v1 : t->v2;
+        ray.org = rtk_v3(aim == 0 ? 0.0f : at[0], aim == 1 ? 0.0f : at[1], ray.org.z);
+        ray.dir = rtk_v3(0.0f, 0.0f, at[2] < ray.org.z ? -1.0f : 1.0f);
+    }
     ray.tmin = rng_unit(g) < 0.8f ? 0.0f : rng_unit(g);
     ray.tmax = rng_unit(g) < 0.5f ? RTK_INF : 2.0f * rng_unit(g);
     ray.mask = 1u;
