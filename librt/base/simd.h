@@ -11,6 +11,7 @@
  *   rti_fN_select(m, a, b)                            m ? a : b
  *   rti_mN_and(a, b)  _or(a, b)  _andnot(a, b)        a and not b
  *   rti_mN_bits(m)  _of(bits)                         lane i is bit i
+ *   rti_f4_take(p, lanes)                             p[lanes[i]] in lane i, numbers below 4
  *   rti_f8_two(p, q)                                  p[0] to p[3] and q[0] to q[3], where there is rti_f8; likewise
  *   rti_f8_both(p, q)  _low(a)  _high(a)              p and q; the first four lanes of a, and the others
  *   rti_f8_lows(a, b)  _highs(a, b)                   the first four of a and of b, and the others
@@ -27,6 +28,10 @@
  *                             the chosen lanes of a and their numbers, the greatest first, as good as 21 bits of mantissa tell; of
  *                             equal ones, as which negative ones and NaN count, the first; all eight places behind t and lane are
  *                             written
+ *   rti_f8_queue(p, u_p, v_p, bits, a, u, v)
+ *                             the chosen lanes of a to p, the greatest in size first, as good as 21 bits of mantissa tell, of equal
+ *                             ones the first, and those of u[8] and v[8] likewise; returns the last one's lane. bits is not 0; all
+ *                             eight places may be written
  *   rti_f8_least(bits, a)     the lane that holds the least of the chosen, as good as 21 bits of mantissa tell, of equal ones the
  *                             first; bits is not 0. Of negative ones, any
  *   rti_u8_take(p, a, lanes)  a[lanes[0]] to a[lanes[7]] to p; those of other lanes than 0 to 7: anything in a
@@ -116,6 +121,11 @@ RTI_VEC void rti_f4_turn(const rti_f4 a[4], rti_f4 b[4])
 }
 
 #if RTI_SIMD == 4
+RTI_VEC rti_f4 rti_f4_take(const float *p, const int32_t lanes[4])
+{
+    const float a[4] = {p[lanes[0]], p[lanes[1]], p[lanes[2]], p[lanes[3]]};
+    return rti_f4_load(a);
+}
 RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
 {
     for (uint32_t i = 0; i < 16; i += 4) {

@@ -153,9 +153,10 @@ RTK_COLD int rtk_ray_approach(rtk_vec3 dir, rtk_vec3 lo, rtk_vec3 hi, float scal
 
 /* Does a ray that starts far away miss a box for certain, whatever moving its origin does to it? The slabs are good to some 2^-22 of
  * the way there, and so is the moved ray; the box is grown by sixteen times that. */
+#define RTK_PASSES 3.8146973e-06f
 RTK_FN int rtk_ray_passes(rtk_ray r, rtk_vec3 inv, rtk_vec3 lo, rtk_vec3 hi, float scale)
 {
-    float grow = 3.8146973e-06f * (rtk_maxabs(r.org) + scale), t0 = -RTK_INF, t1 = RTK_INF;
+    float grow = RTK_PASSES * (rtk_maxabs(r.org) + scale), t0 = -RTK_INF, t1 = RTK_INF;
     rtk_slab(r.org, inv, rtk_v3(lo.x - grow, lo.y - grow, lo.z - grow), rtk_v3(hi.x + grow, hi.y + grow, hi.z + grow), &t0, &t1);
     return t1 < t0 || (t1 < 0.0f && r.tmin >= 0.0f);
 }

@@ -27,6 +27,13 @@ void rti_trace_room_give(rt_context *ctx, void *room)
         rti_room_give(ctx, (unsigned char *)room - ROOM_AT, ROOM);
 }
 
+/* Not for who asks a few rays: a desk is set up at the beginning of a function that may need one. */
+#if defined(__GNUC__)
+#define APART __attribute__((noinline))
+#else
+#define APART
+#endif
+
 /* Where a call's blocks stand. */
 typedef struct desk {
     _Alignas(64) rtk_trace_block few_rays[FEW / RTK_BLOCK];
@@ -117,8 +124,8 @@ static void desk_soon(desk *d, const rt_ray *rays, rt_hit *hits, size_t left, ui
     d->scratch.soon = (rti_soon){ray_at(rays), hits ? hit_at(hits) : NULL, flags & RTI_TRACE_COHERENT ? next / RTK_BLOCK : 0};
 }
 
-static void intersect_alone(const rti_snapshot *s, const rti_tracer *tracer, const rt_ray *rays, const float *times, rt_hit *hits,
-                            size_t count)
+static APART void intersect_alone(const rti_snapshot *s, const rti_tracer *tracer, const rt_ray *rays, const float *times,
+                                  rt_hit *hits, size_t count)
 {
     const rti_fpenv env = rti_fp_enter();
     for (size_t i = 0; i < count; i++)
@@ -126,8 +133,8 @@ static void intersect_alone(const rti_snapshot *s, const rti_tracer *tracer, con
     rti_fp_leave(env);
 }
 
-static void occluded_alone(const rti_snapshot *s, const rti_tracer *tracer, const rt_ray *rays, const float *times,
-                           uint8_t *occluded, size_t count)
+static APART void occluded_alone(const rti_snapshot *s, const rti_tracer *tracer, const rt_ray *rays, const float *times,
+                                 uint8_t *occluded, size_t count)
 {
     const rti_fpenv env = rti_fp_enter();
     for (size_t i = 0; i < count; i++)
@@ -135,14 +142,10 @@ static void occluded_alone(const rti_snapshot *s, const rti_tracer *tracer, cons
     rti_fp_leave(env);
 }
 
-void rti_arrays_intersect(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,
-                          rt_hit *hits, size_t count, uint32_t flags)
+static APART void intersect_many(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,
+                                 rt_hit *hits, size_t count, uint32_t flags)
 {
     desk d;
-    if (count < RTI_ARRAYS_ALONE) {
-        intersect_alone(snapshot, tracer, rays, times, hits, count);
-        return;
-    }
     desk_open(&d, snapshot, count);
     for (size_t at = 0; at < count;) {
         uint32_t as = flags, n = desk_take(&d, rays + at, times ? times + at : NULL, count - at, &as);
@@ -152,6 +155,15 @@ void rti_arrays_intersect(const rti_snapshot *snapshot, const rti_tracer *tracer
         at += n;
     }
     desk_close(&d, snapshot);
+}
+
+void rti_arrays_intersect(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,
+                          rt_hit *hits, size_t count, uint32_t flags)
+{
+    if (count < RTI_ARRAYS_ALONE)
+        intersect_alone(snapshot, tracer, rays, times, hits, count);
+    else
+        intersect_many(snapshot, tracer, rays, times, hits, count, flags);
 }
 
 /* Bits to bytes of 0 and 1. Of eight, each in a byte of its own, what is missing to 0x80 is added to each byte, and the highest
@@ -169,14 +181,10 @@ static void spread(const uint16_t *bits, uint32_t count, uint8_t *out)
         out[i] = (uint8_t)(bits[i / RTK_BLOCK] >> i % RTK_BLOCK & 1u);
 }
 
-void rti_arrays_occluded(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,
-                         uint8_t *occluded, size_t count, uint32_t flags)
+static APART void occluded_many(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,
+                                uint8_t *occluded, size_t count, uint32_t flags)
 {
     desk d;
-    if (count < RTI_ARRAYS_ALONE) {
-        occluded_alone(snapshot, tracer, rays, times, occluded, count);
-        return;
-    }
     desk_open(&d, snapshot, count);
     for (size_t at = 0; at < count;) {
         uint16_t *bits = (uint16_t *)(void *)d.hits;
@@ -187,4 +195,13 @@ void rti_arrays_occluded(const rti_snapshot *snapshot, const rti_tracer *tracer,
         at += n;
     }
     desk_close(&d, snapshot);
+}
+
+void rti_arrays_occluded(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,
+                         uint8_t *occluded, size_t count, uint32_t flags)
+{
+    if (count < RTI_ARRAYS_ALONE)
+        occluded_alone(snapshot, tracer, rays, times, occluded, count);
+    else
+        occluded_many(snapshot, tracer, rays, times, occluded, count, flags);
 }

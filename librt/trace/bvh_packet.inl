@@ -300,24 +300,21 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
         RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
 }
 
-/* A ray by itself where there is nothing but the scene's own triangles. -1: it must go another way. */
-static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, const rtk_ray *same, rti_hit *hit)
+/* rti_tracer.one, first of all where there is nothing but the scene's own triangles. */
+static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
 {
     const rtk_group *g = scene->groups;
     lone_given given;
     lone l;
     int end = 0;
-    if (!lone_fits(scene))
-        return -1;
-    if (ray->mask == 0u || !lone_given_of(ray, &given)) {
-        if (hit)
-            *hit = (rti_hit){ray->tmax, 0.0f, 0.0f, RTK_INVALID, RTK_INVALID, RTK_INVALID};
-        return 0;
-    }
-    lone_begin(&l, scene, ray, same);
+    if (!lone_fits(scene) || ray->mask == 0u || !lone_begin(&l, scene, ray, &given))
+        return RTK_NAME(one_plain)(scene, ray, time, hit);
     for (rtk_u32 k = 0u; k < g->part_count && end == 0; k++)
         end = lone_part(&l, RTK_MODE, &given, &g->parts[k], &g->parts[k].RTK_TREE);
-    if (hit && end == 0)
-        *hit = (rti_hit){l.best.t, l.best.u, l.best.v, l.best.prim, l.best.geom, l.best.inst};
-    return end;
+    if (end < 0)
+        return RTK_NAME(one_plain)(scene, ray, time, hit);
+    if (RTK_MODE & RTK_MODE_ANY)
+        return end;
+    memcpy(hit, &l.best, sizeof l.best);
+    return l.best.prim != RTK_INVALID;
 }

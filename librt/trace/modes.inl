@@ -2,7 +2,7 @@
  *
  * Template. The including file defines RTI_TRACER_NAME; RTI_MODE_INL, the body: it defines RTK_NAME(rays) for the mode RTK_MODE
  * (single.inl is the one for one ray at a time); and what that asks for. RTI_PACKET_INL, if it is defined, gives
- * RTK_NAME(packets) for closest and any hit of coherent batches, and RTK_NAME(lone) for those of others.
+ * RTK_NAME(packets) for closest and any hit of coherent batches, RTK_NAME(lone) for those of others, and RTK_NAME(one).
  */
 #include "lane.h"
 #include "tracers.h"
@@ -13,12 +13,14 @@
 
 #define RTK_MODE 0
 #include RTI_MODE_INL
+#include "one.inl"
 #ifdef RTI_PACKET_INL
 #include RTI_PACKET_INL
 #endif
 #undef RTK_MODE
 #define RTK_MODE 1 /* any */
 #include RTI_MODE_INL
+#include "one.inl"
 #ifdef RTI_PACKET_INL
 #include RTI_PACKET_INL
 #endif
@@ -40,9 +42,11 @@
 #ifdef RTI_PACKET_INL
 #define PACKETS(mode, hits, occluded) JOIN(RTI_TRACER_NAME, packets, mode)(scene, rays, hits, occluded, count, scratch)
 #define LONE(mode, hits, occluded)    JOIN(RTI_TRACER_NAME, lone, mode)(scene, rays, hits, occluded, count, scratch)
+#define ONE(mode, hit)                JOIN(RTI_TRACER_NAME, one, mode)(scene, ray, time, hit)
 #else
-#define PACKETS RAYS
-#define LONE    RAYS
+#define PACKETS        RAYS
+#define LONE           RAYS
+#define ONE(mode, hit) JOIN(RTI_TRACER_NAME, one_plain, mode)(scene, ray, time, hit)
 #endif
 
 void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, intersect))(const rtk_scene *scene, const rtk_trace_block *rays,
@@ -83,21 +87,5 @@ void RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, occluded))(const rtk_scene *sce
 
 int RTI_ISA_FN(JOIN(rti_trace, RTI_TRACER_NAME, one))(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
 {
-    const rtk_ray r = {rtk_v3(ray->org[0], ray->org[1], ray->org[2]), rtk_v3(ray->dir[0], ray->dir[1], ray->dir[2]), ray->tmin,
-                       ray->tmax, ray->mask};
-    rtk_query q;
-#ifdef RTI_PACKET_INL
-    const int end =
-        hit ? JOIN(RTI_TRACER_NAME, one, 0)(scene, ray, &r, hit) : JOIN(RTI_TRACER_NAME, one, 1)(scene, ray, &r, NULL);
-    if (end >= 0)
-        return hit ? hit->prim != RTK_INVALID : end;
-#endif
-    rtk_query_init(&q, scene, r);
-    q.time = time;
-    if (!hit)
-        return JOIN(RTI_TRACER_NAME, trace, 1)(&q);
-    JOIN(RTI_TRACER_NAME, trace, 0)(&q);
-    rtk_query_finish(&q);
-    *hit = (rti_hit){q.best.t, q.best.u, q.best.v, q.best.prim, q.best.geom, q.best.inst};
-    return hit->prim != RTK_INVALID;
+    return hit ? ONE(0, hit) : ONE(1, NULL);
 }

@@ -29,6 +29,11 @@ void RTI_ISA_FN(simd_sixes)(const float *const from[6], float *p)
     rti_sixes(from, p);
 }
 
+void RTI_ISA_FN(simd_take4)(const float p[4], const int32_t lanes[4], float to[4])
+{
+    rti_f4_store(to, rti_f4_take(p, lanes));
+}
+
 #ifdef RTI_PACK
 static void put_many(uint32_t bits, uint32_t from, simd_packed *out)
 {
@@ -59,6 +64,11 @@ static void eight(const float a[16], uint32_t bits, const uint32_t numbers[8], c
     if ((bits & 255u) != 0u)
         out->least = rti_f8_least(bits & 255u, all8);
     rti_f8_sorted(out->sorted, out->lane, bits & 255u, all8);
+    const uint32_t in_order[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+    const rti_f8 turns = {1.0f, -1.0f, 1.0f, -1.0f, 1.0f, -1.0f, 1.0f, -1.0f};
+    if ((bits & 255u) != 0u)
+        out->queued_last =
+            (uint32_t)rti_f8_queue(out->queued, out->queued_u, out->queued_v, bits & 255u, all8 * turns, numbers, in_order);
     rti_f8_pack(out->pack8, bits & 255u, all8);
     rti_u8_pack(out->packed_u8, bits & 255u, numbers);
     rti_u8_take(out->taken, numbers, lanes);

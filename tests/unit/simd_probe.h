@@ -43,9 +43,13 @@ typedef struct simd_packed {
     float mixed[16];          /* rti_f16_mix of -a and of a's lanes 16 from + 5 i + at[0] by bits */
     uint32_t same, first;     /* rti_i16_same of those lanes, 16 and from + 2; rti_first of bits, `from` of them */
     float madd[16], msub[16]; /* rti_fN_madd and _msub of a, 2 and a turned by one lane */
-    float lows_of[8], highs_of[8], both[8]; /* rti_f8_lows and _highs of a and -a; rti_f8_both of the high and the low half of a */
-    float turned8[4][8];                    /* rti_f8_turn of a, -a, 2 a, 3 a */
-    float take[8];                          /* rti_f8_take of a, lanes at[0] to at[3] modulo 8, twice */
+    float lows_of[8], highs_of[8],
+        both[8];                       /* rti_f8_lows and _highs of a and -a; rti_f8_both of the high and the low half of a */
+    float turned8[4][8];               /* rti_f8_turn of a, -a, 2 a, 3 a */
+    float queued[8];                   /* rti_f8_queue of a with every other sign turned, */
+    uint32_t queued_u[8], queued_v[8]; /* of numbers and of lanes */
+    uint32_t queued_last;              /* what it returns */
+    float take[8];                     /* rti_f8_take of a, lanes at[0] to at[3] modulo 8, twice */
 } simd_packed;
 
 /* min, max: of a and b, lane by lane, in the widest vectors; lt, le, eq: likewise, a bit a lane. Returns how many lanes. packed:
@@ -56,6 +60,7 @@ typedef struct simd_packed {
     void simd_rows4_##name(const float *const from[16], float to[4][16]);                                                        \
     void simd_nines_##name(const float *p, float *const to[9]);                                                                  \
     void simd_sixes_##name(const float *const from[6], float *p);                                                                \
+    void simd_take4_##name(const float p[4], const int32_t lanes[4], float to[4]);                                               \
     int simd_packed_##name(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,     \
                            simd_packed *out);
 RTI_ISA_EACH(PROBE)

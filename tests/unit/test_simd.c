@@ -82,6 +82,19 @@ static void check_eight(const float a[16], uint32_t bits, const uint32_t numbers
             assert_true(key(a[p->lane[i - 1]]) > key(a[lane]) ||
                         (key(a[p->lane[i - 1]]) == key(a[lane]) && p->lane[i - 1] < lane));
     }
+    seen = 0;
+    for (uint32_t i = 0; i < n; i++) { /* by size, and of what are alike in that the first */
+        const uint32_t lane = p->queued_v[i];
+        assert_true(lane < 8 && (bits >> lane & 1u) && !(seen >> lane & 1u));
+        seen |= 1u << lane;
+        assert_true(same(p->queued[i], lane % 2 ? -a[lane] : a[lane]));
+        assert_int_equal(p->queued_u[i], numbers[lane]);
+        if (i > 0)
+            assert_true(key(a[p->queued_v[i - 1]]) > key(a[lane]) ||
+                        (key(a[p->queued_v[i - 1]]) == key(a[lane]) && p->queued_v[i - 1] < lane));
+    }
+    if (n > 0)
+        assert_int_equal(p->queued_last, p->queued_v[n - 1]);
     if (n > 0)
         for (uint32_t i = 0; i < 8; i++)
             if (bits >> i & 1u)
@@ -332,6 +345,28 @@ static void test_records(void **state)
 #undef LEVEL
 }
 
+static void take4(void (*take)(const float p[4], const int32_t lanes[4], float to[4]))
+{
+    const float p[4] = {1.0f, 2.0f, 3.0f, 4.0f};
+    for (int32_t n = 0; n < 256; n++) {
+        const int32_t lanes[4] = {n & 3, n >> 2 & 3, n >> 4 & 3, n >> 6};
+        float to[4];
+        take(p, lanes, to);
+        for (int i = 0; i < 4; i++)
+            assert_true(to[i] == p[lanes[i]]);
+    }
+}
+
+static void test_take4(void **state)
+{
+    (void)state;
+#define LEVEL(name, isa)                                                                                                         \
+    if (rti_isa_runs(isa))                                                                                                       \
+        take4(simd_take4_##name);
+    RTI_ISA_EACH(LEVEL)
+#undef LEVEL
+}
+
 static void test_packed(void **state)
 {
     (void)state;
@@ -345,6 +380,7 @@ static void test_packed(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_compare), cmocka_unit_test(test_rows4),
-                                       cmocka_unit_test(test_records), cmocka_unit_test(test_packed)};
+                                       cmocka_unit_test(test_records), cmocka_unit_test(test_take4),
+                                       cmocka_unit_test(test_packed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

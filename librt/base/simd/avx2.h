@@ -73,6 +73,10 @@ RTI_VEC void rti_u8_pack(uint32_t *p, uint32_t bits, const uint32_t *a)
 {
     _mm256_storeu_si256((__m256i *)(void *)p, _mm256_permutevar8x32_epi32(rti_u8_load(a), rti_u8_chosen(bits)));
 }
+RTI_VEC rti_f4 rti_f4_take(const float *p, const int32_t lanes[4])
+{
+    return _mm_permutevar_ps(_mm_loadu_ps(p), _mm_loadu_si128((const __m128i *)(const void *)lanes));
+}
 RTI_VEC rti_f8 rti_f8_take(const float p[8], const uint32_t lanes[8])
 {
     return _mm256_permutevar8x32_ps(_mm256_loadu_ps(p), _mm256_loadu_si256((const __m256i *)(const void *)lanes));
@@ -113,6 +117,15 @@ RTI_VEC void rti_f8_sorted(float *t, uint32_t *lane, uint32_t bits, rti_f8 a)
     _mm256_storeu_ps(t, _mm256_permutevar8x32_ps(a, key));
     _mm256_storeu_si256((__m256i *)(void *)lane, key);
 }
+
+RTI_VEC __m256i rti_u8_chosen_or(__m256i fill, uint32_t bits, __m256i a)
+{
+    const __m256i is = _mm256_cmpgt_epi32(_mm256_set1_epi32(__builtin_popcount(bits)), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+    return _mm256_blendv_epi8(fill, _mm256_permutevar8x32_epi32(a, rti_u8_chosen(bits)), is);
+}
+#define CHOOSE(fill, bits, a) rti_u8_chosen_or(fill, bits, a)
+#define PERMUTE(a, lanes)     _mm256_permutevar8x32_epi32(a, lanes)
+#include "queue.inl"
 
 /* ---- lists of sixteen-bit numbers ---- */
 

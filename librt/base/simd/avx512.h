@@ -129,6 +129,10 @@ RTI_VEC rti_i16 rti_i16_rows(const float *p, const uint16_t at[16])
     const __m512i from = _mm512_cvtepu16_epi32(_mm256_loadu_si256((const __m256i *)(const void *)at));
     return _mm512_slli_epi32(_mm512_cvttps_epi32(_mm512_i32gather_ps(from, p, 4)), 2);
 }
+RTI_VEC rti_f4 rti_f4_take(const float *p, const int32_t lanes[4])
+{
+    return _mm_permutevar_ps(_mm_loadu_ps(p), _mm_loadu_si128((const __m128i *)(const void *)lanes));
+}
 RTI_VEC void rti_u8_take(uint32_t *to, const uint32_t *from, const uint32_t *lane)
 {
     _mm256_storeu_si256((__m256i *)(void *)to, _mm256_permutexvar_epi32(_mm256_loadu_si256((const __m256i *)(const void *)lane),
@@ -412,3 +416,6 @@ RTI_VEC void rti_f8_sorted(float *t, uint32_t *lane, uint32_t bits, rti_f8 a)
     _mm256_storeu_ps(t, _mm256_permutexvar_ps(key, a));
     _mm256_storeu_si256((__m256i *)(void *)lane, key);
 }
+#define CHOOSE(fill, bits, a) _mm256_mask_compress_epi32(fill, (__mmask8)(bits), a)
+#define PERMUTE(a, lanes)     _mm256_permutexvar_epi32(lanes, a)
+#include "queue.inl"

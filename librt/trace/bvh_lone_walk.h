@@ -1,0 +1,339 @@
+/* One ray by itself through eight-wide nodes (bvh_lone.h): its walk, and how it is made ready. */
+#ifndef RTI_BVH_LONE_WALK_H
+#define RTI_BVH_LONE_WALK_H
+
+#include "bvh_lone.h"
+
+/* What waits: where a slot is entered, its child, its count, each so far behind the other that a place is one pointer. */
+#define LONE_STACK (RTK_BVH_STACK + RTK_BVH_WIDTH)
+typedef union lone_word {
+    float t;
+    rtk_u32 n;
+} lone_word;
+typedef struct lone_stack {
+    lone_word words[3 * LONE_STACK];
+} lone_stack;
+
+RTI_VEC void lone_push(lone_word **top, const rtk_bvhnode *n, size_t slot, float t)
+{
+    lone_word *p = (*top)++;
+    p[0].t = t;
+    p[LONE_STACK].n = n->child[slot];
+    p[2 * LONE_STACK].n = n->count[slot];
+}
+
+/* Of the slots in bits, of which there is one, the one that is entered first; the others wait, the nearest on top. */
+RTI_VEC size_t lone_choose(lone_word **top, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 bits, const float t[RTK_BVH_WIDTH])
+{
+    const size_t first = (size_t)__builtin_ctz(bits);
+    const rtk_u32 rest = bits & (bits - 1u);
+    if (rest == 0u)
+        return first;
+    if (mode & RTK_MODE_ANY) { /* whatever their order, which is fair (kernel/bvh.h) */
+#ifdef RTI_PACK8
+        lone_word *p = *top;
+        rti_f8_store(&p->t, rti_f8_set(-RTK_INF));
+        rti_u8_pack(&p[LONE_STACK].n, rest, n->child);
+        rti_u8_pack(&p[2 * LONE_STACK].n, rest, n->count);
+        *top = p + __builtin_popcount(rest);
+#else
+        for (rtk_u32 l = rest; l != 0u; l &= l - 1u)
+            lone_push(top, n, (size_t)__builtin_ctz(l), -RTK_INF);
+#endif
+        return first;
+    }
+    const size_t second = (size_t)__builtin_ctz(rest);
+    if ((rest & (rest - 1u)) == 0u) {
+        const size_t far = t[second] < t[first] ? first : second;
+        lone_push(top, n, far, t[far]);
+        return first ^ second ^ far;
+    }
+#ifdef RTI_PACK8
+    lone_word *p = *top;
+    *top = p + __builtin_popcount(bits) - 1;
+    return rti_f8_queue(&p->t, &p[LONE_STACK].n, &p[2 * LONE_STACK].n, bits, rti_f8_load(t), n->child, n->count);
+#else
+    rtk_u32 slots[RTK_BVH_WIDTH], count = 0u;
+    for (; bits != 0u; bits &= bits - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
+        rtk_u32 to = count++;
+        for (; to > 0u && t[slots[to - 1u]] < t[i]; to--)
+            slots[to] = slots[to - 1u];
+        slots[to] = i;
+    }
+    for (rtk_u32 k = 0u; k + 1u < count; k++)
+        lone_push(top, n, slots[k], t[slots[k]]);
+    return slots[count - 1u];
+#endif
+}
+
+/* Leaves have registers of their own. Few are of more than one step. */
+#define LONE_LEAF(name, many, mode)                                                                                              \
+    RTI_APART int many(lone *l, rtk_u32 at, rtk_u32 count);                                                                      \
+    RTI_APART int name(lone *l, rtk_u32 at, rtk_u32 count)                                                                       \
+    {                                                                                                                            \
+        return __builtin_expect(at % 4u + count > NODE_N, 0) ? many(l, at, count) : lone_step(l, mode, at, count);               \
+    }                                                                                                                            \
+    RTI_APART int many(lone *l, rtk_u32 at, rtk_u32 count)                                                                       \
+    {                                                                                                                            \
+        for (rtk_u32 n = NODE_N - at % 4u; count > n; at += n, count -= n, n = NODE_N)                                           \
+            if (name(l, at, n))                                                                                                  \
+                return 1;                                                                                                        \
+        return name(l, at, count);                                                                                               \
+    }
+LONE_LEAF(lone_leaf_closest, lone_leaf_closest_many, 0u)
+LONE_LEAF(lone_leaf_any, lone_leaf_any_many, RTK_MODE_ANY)
+#undef LONE_LEAF
+
+/* References that stand in no blocks. */
+RTI_APART int lone_refs(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
+{
+    for (rtk_u32 k = 0u; k < count; k++)
+        if (lone_ask(l, mode, l->tree->refs[at + k]))
+            return 1;
+    return 0;
+}
+
+/* Bytes at which rows of a node's boxes begin, the ones by which a ray comes in first, by the bits of the axes along which it
+ * goes down. */
+typedef struct lone_rows {
+    rtk_u32 in[3], out[3];
+} lone_rows;
+#define LO(axis) (2u * (axis) * sizeof(float[RTK_BVH_WIDTH]))
+#define HI(axis) (LO(axis) + sizeof(float[RTK_BVH_WIDTH]))
+#define ROWS(x, y, z)                                                                                                            \
+    {                                                                                                                            \
+        {x(0), y(1), z(2)},                                                                                                      \
+        {                                                                                                                        \
+            x##_(0), y##_(1), z##_(2)                                                                                            \
+        }                                                                                                                        \
+    }
+#define LO_ HI
+#define HI_ LO
+static const lone_rows lone_sides[8] = {ROWS(LO, LO, LO), ROWS(HI, LO, LO), ROWS(LO, HI, LO), ROWS(HI, HI, LO),
+                                        ROWS(LO, LO, HI), ROWS(HI, LO, HI), ROWS(LO, HI, HI), ROWS(HI, HI, HI)};
+#undef LO
+#undef HI
+#undef ROWS
+#undef LO_
+#undef HI_
+
+RTI_VEC int lone_walk_here(lone *l, rtk_u32 mode, int large)
+{
+    const rtk_tree *tree = l->tree;
+    lone_stack s;
+    lone_word *top = s.words + 1;
+    rtk_u32 at, count;
+    s.words[0].t = -RTK_INF;
+    s.words[LONE_STACK].n = 0u;
+    s.words[2 * LONE_STACK].n = 0u;
+    for (;;) { /* once a leaf: what nodes need is in registers, which leaves have for themselves */
+        const char *const nodes = (const char *)tree->bvh;
+        const lone_rows *rows = &lone_sides[l->back];
+        const size_t x0 = rows->in[0], y0 = rows->in[1], z0 = rows->in[2], x1 = rows->out[0], y1 = rows->out[1],
+                     z1 = rows->out[2];
+        const bvh_vec x = NODE(set)(l->inv[0]), y = NODE(set)(l->inv[1]), z = NODE(set)(l->inv[2]);
+        const bvh_vec sx = NODE(set)(l->start[0]), sy = NODE(set)(l->start[1]), sz = NODE(set)(l->start[2]);
+        const bvh_vec start = NODE(set)(l->t0), far = NODE(set)(l->far);
+        const float end = l->far;
+        do {
+            do {
+                if (top == s.words) {
+                    if (!(mode & RTK_MODE_ANY))
+                        lone_settle(l);
+                    return 0;
+                }
+                top--;
+            } while (top[0].t > end);
+            at = top[LONE_STACK].n;
+            count = top[2 * LONE_STACK].n;
+            while (count == 0u) {
+                float t[RTK_BVH_WIDTH];
+                const char *const p = nodes + (size_t)at * sizeof(rtk_bvhnode);
+                const rtk_bvhnode *const n = (const rtk_bvhnode *)(const void *)p;
+                rtk_u32 bits = 0u;
+                for (rtk_u32 h = 0u; h < RTK_BVH_WIDTH; h += NODE_N) {
+#define PLANE(row, inv, start) NODE(msub)(NODE(load)((const float *)(const void *)(p + (row)) + h), inv, start)
+                    const bvh_vec t0 =
+                        NODE(max)(NODE(max)(PLANE(x0, x, sx), PLANE(y0, y, sy)), NODE(max)(PLANE(z0, z, sz), start));
+                    const bvh_vec t1 = NODE(min)(NODE(min)(PLANE(x1, x, sx), PLANE(y1, y, sy)), NODE(min)(PLANE(z1, z, sz), far));
+#undef PLANE
+                    NODE(store)(t + h, t0);
+                    bits |= node_bits(NODE(le)(t0, t1)) << h;
+                }
+                if (bits == 0u)
+                    break;
+                for (rtk_u32 w = large ? bits : 0u; w != 0u; w &= w - 1u)
+                    bvh_expect(tree, n->child[__builtin_ctz(w)], n->count[__builtin_ctz(w)]);
+                const size_t i = lone_choose(&top, mode, n, bits, t);
+                at = n->child[i];
+                count = n->count[i];
+            }
+        } while (count == 0u);
+        if (at >= 4u * tree->block_count ? lone_refs(l, mode, at, count)
+                                         : (mode & RTK_MODE_ANY ? lone_leaf_any : lone_leaf_closest)(l, at, count))
+            return 1;
+    }
+}
+
+#define LONE_WALK(name, mode, large)                                                                                             \
+    RTI_APART int name(lone *l)                                                                                                  \
+    {                                                                                                                            \
+        return lone_walk_here(l, mode, large);                                                                                   \
+    }
+LONE_WALK(lone_walk_closest, 0u, 0)
+LONE_WALK(lone_walk_closest_large, 0u, 1)
+LONE_WALK(lone_walk_any, RTK_MODE_ANY, 0)
+LONE_WALK(lone_walk_any_large, RTK_MODE_ANY, 1)
+#undef LONE_WALK
+
+/* The walk, from *l on. Returns 1 when any hit was asked for, and there is one. */
+RTI_VEC int lone_walk(lone *l, rtk_u32 mode)
+{
+    if (bvh_large(l->tree))
+        return mode & RTK_MODE_ANY ? lone_walk_any_large(l) : lone_walk_closest_large(l);
+    return mode & RTK_MODE_ANY ? lone_walk_any(l) : lone_walk_closest(l);
+}
+
+/* What both kinds of rays share: inv as rtk_inverse has it, org in the caller's order of axes, of four lanes three count. 0: the
+ * ray is too near to the ends of the floats' range to meet boxes by plane * inv - start. */
+RTI_VEC int lone_ready(lone *l, const rtk_tree *tree, float scale, rti_f4 org, rti_f4 inv)
+{
+    const rti_f4 start = org * inv;
+    rti_f4_store(l->inv, inv);
+    rti_f4_store(l->start, start);
+    l->back = rti_m4_bits(rti_f4_lt(inv, rti_f4_set(0.0f))) & 7u;
+    l->tree = tree;
+    l->scale = scale;
+    l->late = RTK_INVALID;
+    return (rti_m4_bits(rti_m4_and(rti_f4_le(rti_f4_abs(start), rti_f4_set(BVH_START_MOST)),
+                                   rti_f4_le(rti_f4_set(BVH_START_LEAST), rti_f4_abs(inv) * rti_f4_set(scale)))) &
+            7u) == 7u;
+}
+
+/* A prepared ray through a tree whose hits all count; 0: this is not for it. end: as lone_walk returns. */
+RTI_VEC int lone_group(rtk_query *q, rtk_u32 mode, const rtk_tree *tree, const rtk_pray *r, int *end)
+{
+    const float dir[3] = {r->dir.x, r->dir.y, r->dir.z};
+    const rtk_u32 row = sizeof(float[RTK_BVH_BLOCK]);
+    lone l;
+    if (!lone_ready(&l, tree, r->scale, (rti_f4){r->org.x, r->org.y, r->org.z, 0.0f},
+                    (rti_f4){r->inv.x, r->inv.y, r->inv.z, 1.0f}))
+        return 0;
+    rti_f4_store(l.org, (rti_f4){r->korg.x, r->korg.y, r->korg.z, r->tmin});
+    rti_f4_store(l.dir, (rti_f4){dir[r->kx], dir[r->ky], r->kdz, r->tmax});
+    l.sx = r->sx;
+    l.sy = r->sy;
+    l.row[0] = r->kx * row;
+    l.row[1] = r->ky * row;
+    l.row[2] = r->kz * row;
+    l.group = q->group;
+    l.part = NULL;
+    l.q = q;
+    l.r = r;
+    l.inst = q->inst;
+    l.best = q->best;
+    l.t = q->best.t;
+    l.far = rtk_min(r->t1, l.t);
+    l.t0 = r->t0;
+    *end = l.t0 <= l.far && lone_walk(&l, mode);
+    q->best = l.best;
+    return 1;
+}
+
+/* ---- a ray and nothing but the scene's own triangles ---- */
+
+RTI_VEC int lone_fits(const rtk_scene *scene)
+{
+    const rtk_group *g = scene->groups;
+    return scene->instance_count == 0u && g->plane_count == 0u && g->shape_count == 0u && (g->flags & RTK_GROUP_PLAIN);
+}
+
+/* A ray as it comes: of four lanes three count. */
+typedef struct lone_given {
+    rti_f4 org, inv;
+} lone_given;
+
+/* Order of axes by which components of |dir| are greater than others: x than y, x than z, y than z, a bit each (rtk_ray_prepare);
+ * and where a block's rows of them begin. */
+typedef struct lone_order {
+    int32_t axes[4];
+    rtk_u32 row[4];
+} lone_order;
+#define ORDER(x, y, z)                                                                                                           \
+    {                                                                                                                            \
+        {x, y, z, 3},                                                                                                            \
+        {                                                                                                                        \
+            (x) * sizeof(float[RTK_BVH_BLOCK]), (y) * sizeof(float[RTK_BVH_BLOCK]), (z) * sizeof(float[RTK_BVH_BLOCK]), 0u       \
+        }                                                                                                                        \
+    }
+#define X ORDER(1, 2, 0)
+#define Y ORDER(2, 0, 1)
+#define Z ORDER(0, 1, 2)
+static const lone_order lone_orders[8] = {Z, Z, Z, X, Y, Y, Y, X};
+static const int32_t lone_left[4] = {0, 0, 1, 3}, lone_right[4] = {1, 2, 2, 3};
+#undef ORDER
+#undef X
+#undef Y
+#undef Z
+
+/* A ray made ready, but for what a part brings. 0: it is not valid, or its origin is not. */
+RTI_VEC int lone_begin(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
+{
+    const rti_f4 dir = rti_f4_load(ray->dir), top = rti_f4_set(RTK_INV_MAX);
+    const rti_f4 left = rti_f4_abs(rti_f4_take(ray->dir, lone_left)), right = rti_f4_abs(rti_f4_take(ray->dir, lone_right));
+    const lone_order *order = &lone_orders[rti_m4_bits(rti_f4_lt(right, left)) & 7u];
+    const rti_f4 along = rti_f4_take(ray->dir, order->axes), shear = along / rti_f4_set(along[2]);
+    g->org = rti_f4_load(ray->org);
+    g->inv = rti_f4_min(rti_f4_max(rti_f4_set(1.0f) / dir, -top), top); /* rtk_inverse: what it calls zero is clamped here */
+    rti_f4_store(l->org, rti_f4_take(ray->org, order->axes));
+    rti_f4_store(l->dir, along);
+    memcpy(l->row, order->row, sizeof l->row);
+    l->sx = shear[0];
+    l->sy = shear[1];
+    l->scene = scene;
+    l->group = scene->groups;
+    l->ray = ray;
+    l->inst = RTK_INVALID;
+    lone_keep(l, ray->tmax, 0.0f, 0.0f, RTK_INVALID, RTK_INVALID);
+    return (rti_m4_bits(rti_f4_le(rti_f4_abs(dir), rti_f4_set(RTK_DIR_MAX))) & 7u) == 7u && rtk_fabs(along[2]) >= RTK_DIR_MIN &&
+           ray->tmin < ray->tmax;
+}
+
+_Static_assert(offsetof(rtk_part, lo) == 0 && offsetof(rtk_part, hi) == 12 && offsetof(rtk_part, scale) == 24,
+               "a part's corners can be loaded with what stands behind them");
+
+RTI_VEC void lone_slab(const lone_given *g, rti_f4 lo, rti_f4 hi, float *t0, float *t1) /* rtk_slab */
+{
+    const rti_f4 a = (lo - g->org) * g->inv, b = (hi - g->org) * g->inv, in = rti_f4_min(a, b), out = rti_f4_max(a, b);
+    *t0 = rtk_max(rtk_max(in[0], in[1]), in[2]);
+    *t1 = rtk_min(rtk_min(out[0], out[1]), out[2]);
+}
+
+/* Its way through a part: 1 or 0 as lone_walk, or -1: it must go another way. */
+RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part *part, const rtk_tree *tree)
+{
+    const float *box = (const float *)(const void *)part;
+    const rti_f4 far = rti_f4_abs(g->org), lo = rti_f4_load(box), hi = rti_f4_load(box + 3);
+    const float tmin = l->org[3], tmax = l->dir[3];
+    float t0, t1;
+    if (tree->block_count == 0u)
+        return -1;
+    if (__builtin_expect((rti_m4_bits(rti_f4_le(far, rti_f4_set(RTK_FAR * part->scale))) & 7u) != 7u, 0)) { /* rtk_ray_passes */
+        const rti_f4 grow = rti_f4_set(RTK_PASSES * (rtk_max(rtk_max(far[0], far[1]), far[2]) + part->scale));
+        lone_slab(g, lo - grow, hi + grow, &t0, &t1);
+        return t1 < t0 || (t1 < 0.0f && tmin >= 0.0f) ? 0 : -1;
+    }
+    lone_slab(g, lo, hi, &t0, &t1);
+    if (!(t0 <= t1) || t1 < tmin || t0 > tmax)
+        return 0;
+    if (!lone_ready(l, tree, part->scale, g->org, g->inv))
+        return -1;
+    l->part = part;
+    l->t = l->best.t;
+    l->far = rtk_min(rtk_min(t1, tmax), l->t);
+    l->t0 = rtk_max(t0, tmin);
+    return l->t0 <= l->far && lone_walk(l, mode);
+}
+
+#endif
