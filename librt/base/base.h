@@ -10,6 +10,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "fpenv.h"
 #include "librt/base.h"
 
 #if defined(__GNUC__)
@@ -85,13 +86,6 @@ rt_status rti_desc_take(rt_context *ctx, const char *what, const void *desc, voi
  * calling thread takes part. Nested calls are allowed and run without deadlock. Tasks get no order; results must not depend on
  * it. */
 void rti_parallel(rt_context *ctx, uint32_t count, void (*task)(void *data, uint32_t index), void *data);
-
-/* Computing threads of a public call run under round-to-nearest, denormals kept, exceptions masked; put back by leave. */
-typedef struct rti_fpenv {
-    uint32_t saved;
-} rti_fpenv;
-rti_fpenv rti_fp_enter(void);
-void rti_fp_leave(rti_fpenv env);
 
 /* Cancellation: builders and loops poll it. NULL means never. */
 typedef struct rti_cancel {

@@ -32,56 +32,6 @@ struct rti_pool {
     pthread_t threads[];
 };
 
-#if defined(__x86_64__) || defined(__i386__)
-#define MXCSR_STANDARD 0x1f80u /* round to nearest, denormals kept, all exceptions masked */
-rti_fpenv rti_fp_enter(void)
-{
-    rti_fpenv env;
-    env.saved = _mm_getcsr();
-    if ((env.saved & 0xffc0u) != MXCSR_STANDARD)
-        _mm_setcsr(MXCSR_STANDARD);
-    return env;
-}
-
-void rti_fp_leave(rti_fpenv env)
-{
-    if ((env.saved & 0xffc0u) != MXCSR_STANDARD)
-        _mm_setcsr(env.saved);
-}
-#elif defined(__aarch64__)
-rti_fpenv rti_fp_enter(void)
-{
-    rti_fpenv env;
-    uint64_t now, zero = 0;
-    __asm__ volatile("mrs %0, fpcr" : "=r"(now));
-    env.saved = (uint32_t)now;
-    if (env.saved != 0)
-        __asm__ volatile("msr fpcr, %0" : : "r"(zero));
-    return env;
-}
-
-void rti_fp_leave(rti_fpenv env)
-{
-    uint64_t before = env.saved;
-    if (env.saved != 0)
-        __asm__ volatile("msr fpcr, %0" : : "r"(before));
-}
-#else
-#include <fenv.h>
-rti_fpenv rti_fp_enter(void)
-{
-    rti_fpenv env;
-    env.saved = (uint32_t)fegetround();
-    fesetround(FE_TONEAREST);
-    return env;
-}
-
-void rti_fp_leave(rti_fpenv env)
-{
-    fesetround((int)env.saved);
-}
-#endif
-
 #define PATIENCE 1000u /* 15 to 50 microseconds */
 
 static inline void breathe(void)

@@ -160,7 +160,11 @@ static APART void intersect_many(const rti_snapshot *snapshot, const rti_tracer 
 void rti_arrays_intersect(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,
                           rt_hit *hits, size_t count, uint32_t flags)
 {
-    if (count < RTI_ARRAYS_ALONE)
+    if (count == 1) {
+        const rti_fpenv env = rti_fp_enter();
+        tracer->one(&snapshot->view, ray_at(rays), times ? times[0] : 0.0f, hit_at(hits));
+        rti_fp_leave(env);
+    } else if (count < RTI_ARRAYS_ALONE)
         intersect_alone(snapshot, tracer, rays, times, hits, count);
     else
         intersect_many(snapshot, tracer, rays, times, hits, count, flags);
@@ -200,7 +204,11 @@ static APART void occluded_many(const rti_snapshot *snapshot, const rti_tracer *
 void rti_arrays_occluded(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,
                          uint8_t *occluded, size_t count, uint32_t flags)
 {
-    if (count < RTI_ARRAYS_ALONE)
+    if (count == 1) {
+        const rti_fpenv env = rti_fp_enter();
+        occluded[0] = tracer->one(&snapshot->view, ray_at(rays), times ? times[0] : 0.0f, NULL) != 0;
+        rti_fp_leave(env);
+    } else if (count < RTI_ARRAYS_ALONE)
         occluded_alone(snapshot, tracer, rays, times, occluded, count);
     else
         occluded_many(snapshot, tracer, rays, times, occluded, count, flags);

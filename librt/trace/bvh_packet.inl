@@ -309,8 +309,11 @@ static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time,
     int end = 0;
     if (!lone_fits(scene) || ray->mask == 0u || !lone_begin(&l, scene, ray, &given))
         return RTK_NAME(one_plain)(scene, ray, time, hit);
-    for (rtk_u32 k = 0u; k < g->part_count && end == 0; k++)
-        end = lone_part(&l, RTK_MODE, &given, &g->parts[k], &g->parts[k].RTK_TREE);
+    if (g->part_count == 1u) /* nothing is kept for another */
+        end = lone_part(&l, RTK_MODE, &given, g->parts, &g->parts->RTK_TREE);
+    else
+        for (rtk_u32 k = 0u; k < g->part_count && end == 0; k++)
+            end = lone_part(&l, RTK_MODE, &given, &g->parts[k], &g->parts[k].RTK_TREE);
     if (end < 0)
         return RTK_NAME(one_plain)(scene, ray, time, hit);
     if (RTK_MODE & RTK_MODE_ANY)
