@@ -8,8 +8,8 @@
  * triangle after the other, a short one two rays, or four, and four triangles at a time. So what a node or leaf costs beside its
  * rays (to wait for it, to foresee where it leads) is shared by all rays that come there: of bounces of a picture's tile some
  * thirty, where packets of sixteen share it by four, or by one. (Fuetterling, Lojewski, Pfreundt, Hamann 2015; Barringer,
- * Akenine-Moeller 2014: what differs is that lists hold numbers, no copies.) With AVX2, long lists that are asked for any hit do
- * not meet slots in which none of a stream's rays can be, where that leaves half of them (bvh_stream_region.h).
+ * Akenine-Moeller 2014: what differs is that lists hold numbers, no copies.) Long lists that are asked for any hit do not meet
+ * slots in which none of a stream's rays can be, with AVX2 where that leaves half of them (bvh_stream_region.h).
  *
  * Planes are met at plane * inv - org * inv. The product org * inv is rounded, by 2^-24 of |org| <= RTK_FAR scale, which is a
  * sixteenth of what RTK_GROW holds in reserve (ray.h, theory point 3), as long as it is a normal float, or 2^-150, by which it is
@@ -63,7 +63,8 @@ typedef struct stream {
     uint16_t list[STREAM_LIST + 32u];
 #ifdef RTI_PACK
     float wide[STREAM / 16u][8][16]; /* fields of ray[], sixteen rays side by side */
-#elif defined RTI_PACK8
+#endif
+#ifdef RTI_PACK8
     float low[3], high[3]; /* where its rays are (bvh_stream_region.h) */
 #endif
     /* What waits: a node, or a leaf as in rtk_bvhnode; where the first of its rays enters it; its list: where that begins, and in

@@ -40,8 +40,9 @@ RTI_VEC rtk_u32 stream_still_dense(streams *a, const stream *s, const uint16_t *
     return n;
 }
 
-/* Which of a dense list's rays enter which slots of a node: a->slots. least: where the first of them enters each. */
-RTI_VEC void stream_open_dense(streams *a, const stream *s, rtk_u32 mode, rtk_u32 octant, const rtk_bvhnode *n,
+/* Which of a dense list's rays enter which slots of a node, of those `there`: a->slots. least: where the first of them enters
+ * each. */
+RTI_VEC void stream_open_dense(streams *a, const stream *s, rtk_u32 mode, rtk_u32 octant, const rtk_bvhnode *n, rtk_u32 there,
                                const uint16_t *list, rtk_u32 size, float least[RTK_BVH_WIDTH])
 {
     const stream_planes planes = stream_planes_of(n, octant);
@@ -52,7 +53,7 @@ RTI_VEC void stream_open_dense(streams *a, const stream *s, rtk_u32 mode, rtk_u3
         const rtk_u32 of = list[size + k];
         const vec r[8] = {V(load)(f[0]), V(load)(f[1]), V(load)(f[2]), V(load)(f[3]),
                           V(load)(f[4]), V(load)(f[5]), V(load)(f[6]), V(load)(f[7])};
-        stream_open_sixteen(mode, &planes, r, of, &a->slots[0][k], low);
+        stream_open_sixteen(mode, &planes, there, r, of, &a->slots[0][k], low);
     }
     stream_lows_end(mode, low, least);
 }
@@ -85,8 +86,9 @@ RTI_VEC rtk_u32 stream_step_dense(streams *a, stream *s, rtk_u32 mode, rtk_u32 o
     rtk_u32 rays[RTK_BVH_WIDTH], slots[RTK_BVH_WIDTH], used = begin + 2u * size, most = used;
     float least[RTK_BVH_WIDTH];
     const uint16_t *list = s->list + begin; /* it is read yet */
-    stream_open_dense(a, s, mode, octant, n, list, size, least);
-    const rtk_u32 all = stream_entered(a, n, size, rays), count = (rtk_u32)__builtin_popcount(all);
+    const rtk_u32 there = stream_open_there(s, mode, n);
+    stream_open_dense(a, s, mode, octant, n, there, list, size, least);
+    const rtk_u32 all = stream_entered(a, n, there, size, rays), count = (rtk_u32)__builtin_popcount(all);
     if (all == 0u)
         return 0u;
     for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)

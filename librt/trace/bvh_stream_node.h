@@ -29,30 +29,50 @@ RTI_VEC void stream_lows_end(rtk_u32 mode, const vec low[RTK_BVH_WIDTH], float l
     rti_f8_store(least, mode & RTK_MODE_ANY ? rti_f8_set(STREAM_FRONT) : rti_f16_lows8(low));
 }
 
-/* Sixteen rays, fields of stream_ray, against all slots of a node: those of `of` that enter slot i to to[i], and where the first
- * of each lane does to low[i]. */
-RTI_VEC void stream_open_sixteen(rtk_u32 mode, const stream_planes *planes, const vec r[8], rtk_u32 of, uint16_t *to,
-                                 vec low[RTK_BVH_WIDTH])
+/* Sixteen rays, fields of stream_ray, against slot i of a node: those that enter it, and where each does. */
+RTI_VEC rtk_u32 stream_open_slot(const stream_planes *planes, rtk_u32 i, const vec r[8], vec *t0)
 {
+#define PLANE(side, axis) V(msub)(V(set)(planes->side[axis][i]), r[axis], r[3 + axis])
+    *t0 = V(max)(V(max)(PLANE(near, 0), PLANE(near, 1)), V(max)(PLANE(near, 2), r[6]));
+    return VM(bits)(V(le)(*t0, V(min)(V(min)(PLANE(far, 0), PLANE(far, 1)), V(min)(PLANE(far, 2), r[7]))));
+#undef PLANE
+}
+
+/* Against the slots `there`, of closest hits against all: those of `of` that enter slot i to to[i], and where the first of each
+ * lane does to low[i]. */
+RTI_VEC void stream_open_sixteen(rtk_u32 mode, const stream_planes *planes, rtk_u32 there, const vec r[8], rtk_u32 of,
+                                 uint16_t *to, vec low[RTK_BVH_WIDTH])
+{
+    vec t0;
+    if (mode & RTK_MODE_ANY) {
+        for (; there != 0u; there &= there - 1u) {
+            const rtk_u32 i = (rtk_u32)__builtin_ctz(there);
+            to[i * STREAM_SLOTS] = (uint16_t)(stream_open_slot(planes, i, r, &t0) & of);
+        }
+        return;
+    }
 #pragma GCC unroll 8
     for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++) {
-#define PLANE(side, axis) V(msub)(V(set)(planes->side[axis][i]), r[axis], r[3 + axis])
-        const vec t0 = V(max)(V(max)(PLANE(near, 0), PLANE(near, 1)), V(max)(PLANE(near, 2), r[6]));
-        const vec t1 = V(min)(V(min)(PLANE(far, 0), PLANE(far, 1)), V(min)(PLANE(far, 2), r[7]));
-#undef PLANE
-        const rtk_u32 bits = VM(bits)(V(le)(t0, t1)) & of;
+        const rtk_u32 bits = stream_open_slot(planes, i, r, &t0) & of;
         to[i * STREAM_SLOTS] = (uint16_t)bits;
-        if (!(mode & RTK_MODE_ANY))
-            low[i] = V(min)(low[i], V(select)(VM(of)(bits), t0, low[i]));
+        low[i] = V(min)(low[i], V(select)(VM(of)(bits), t0, low[i]));
     }
 }
 
-/* The slots of a node that some of its `size` masks each have; rays: how many bits those have. */
-RTI_VEC rtk_u32 stream_entered(const streams *a, const rtk_bvhnode *n, rtk_u32 size, rtk_u32 rays[RTK_BVH_WIDTH])
+/* The slots that an any hit need look at (bvh_stream_region.h). */
+RTI_VEC rtk_u32 stream_open_there(const stream *s, rtk_u32 mode, const rtk_bvhnode *n)
+{
+    return mode & RTK_MODE_ANY ? stream_slots_there(s, n) : 255u;
+}
+
+/* The slots of a node, of those `there`, that some of its `size` masks each have; rays: how many bits those have. */
+RTI_VEC rtk_u32 stream_entered(const streams *a, const rtk_bvhnode *n, rtk_u32 there, rtk_u32 size, rtk_u32 rays[RTK_BVH_WIDTH])
 {
     rtk_u32 all = 0u;
     for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++) {
         rays[i] = 0u;
+        if (!(there >> i & 1u))
+            continue;
         for (rtk_u32 k = 0u; k < size; k += 4u) {
             uint64_t four;
             memcpy(&four, a->slots[i] + k, sizeof four);
@@ -70,6 +90,7 @@ RTI_VEC rtk_u32 stream_open_many(streams *a, const stream *s, rtk_u32 mode, rtk_
                                  const uint16_t *ids, rtk_u32 size, float least[RTK_BVH_WIDTH])
 {
     const stream_planes planes = stream_planes_of(n, octant);
+    const rtk_u32 there = stream_open_there(s, mode, n);
     rtk_u32 rays[RTK_BVH_WIDTH];
     vec low[RTK_BVH_WIDTH];
     stream_lows_begin(mode, low);
@@ -84,10 +105,10 @@ RTI_VEC rtk_u32 stream_open_many(streams *a, const stream *s, rtk_u32 mode, rtk_
             of = (1u << (size - at)) - 1u;
         }
         rti_f16_records(s->ray[0].inv, some, r);
-        stream_open_sixteen(mode, &planes, r, of, &a->slots[0][at / 16u], low);
+        stream_open_sixteen(mode, &planes, there, r, of, &a->slots[0][at / 16u], low);
     }
     stream_lows_end(mode, low, least);
-    return stream_entered(a, n, (size + 15u) / 16u, rays);
+    return stream_entered(a, n, there, (size + 15u) / 16u, rays);
 }
 #endif
 

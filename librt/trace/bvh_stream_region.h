@@ -1,7 +1,8 @@
 /* Where a stream's rays are at all (bvh_stream.h), for any hit: in the box around where each enters and leaves the part, or ends.
  * Rays of a stream start near each other and point into one octant, so slots behind them, and, where they are short, slots far
- * ahead are entered by none: of ambient occlusion three to five of eight are in the box, in rooms three. Where no more than four
- * are, two rays meet them at a time. (Closest hits are asked of long rays: six of eight are in their box.)
+ * ahead are entered by none: of ambient occlusion three to five of eight are in the box, in rooms three. With AVX-512 sixteen rays
+ * at a time meet a slot, and those slots alone; with AVX2, where no more than four are left, two rays meet them at a time. (Closest
+ * hits are asked of long rays: six of eight are in their box.)
  *
  * The box's planes err by some ten roundings of a coordinate of size scale (an origin is at most RTK_FAR scale away), and are
  * moved apart by RTK_GROW scale, 128 of them.
@@ -11,10 +12,8 @@
 
 #include "bvh_stream.h"
 
-#if defined RTI_PACK8 && !defined RTI_PACK
-#define STREAM_REGION 32u /* rays of a list from which on it is asked for */
-
-/* The box around all of a stream's rays; its list has them all. */
+#ifdef RTI_PACK8
+/* The box around all of a stream's rays: its list has them all, or they lie in its blocks of sixteen. */
 RTI_VEC void stream_region(const streams *a, stream *s)
 {
     const float grow = RTK_GROW * a->part->scale;
@@ -24,15 +23,24 @@ RTI_VEC void stream_region(const streams *a, stream *s)
         high[k] = V(set)(-RTK_INF);
     }
     for (rtk_u32 i = 0u; i < s->n; i += RTI_SIMD) {
-        uint16_t ids[RTI_SIMD];
         vec r[8];
+#ifdef RTI_PACK
+        const vmask in = VM(of)(s->n - i < RTI_SIMD ? (1u << (s->n - i)) - 1u : LANES_ALL); /* lanes behind hold anything */
+        for (rtk_u32 k = 0u; k < 8u; k++)
+            r[k] = V(load)(s->wide[i / 16u][k]);
+#define IN(new, old) V(select)(in, new, old)
+#else
+        uint16_t ids[RTI_SIMD];
         rti_u16_last(ids, s->list + i, rtk_umin(s->n - i, RTI_SIMD));
         V(records)(s->ray[0].inv, ids, r);
+#define IN(new, old) new
+#endif
         for (rtk_u32 k = 0u; k < 3u; k++) {
             const vec by = V(set)(1.0f) / r[k], enter = (r[3u + k] + r[6]) * by, leave = (r[3u + k] + r[7]) * by;
-            low[k] = V(min)(low[k], V(min)(enter, leave));
-            high[k] = V(max)(high[k], V(max)(enter, leave));
+            low[k] = IN(V(min)(low[k], V(min)(enter, leave)), low[k]);
+            high[k] = IN(V(max)(high[k], V(max)(enter, leave)), high[k]);
         }
+#undef IN
     }
     for (rtk_u32 k = 0u; k < 3u; k++) {
         float lows[RTI_SIMD], highs[RTI_SIMD];
@@ -57,6 +65,11 @@ RTI_VEC rtk_u32 stream_slots_there(const stream *s, const rtk_bvhnode *n)
     }
     return rti_m8_bits(there);
 }
+
+#endif
+
+#if defined RTI_PACK8 && !defined RTI_PACK
+#define STREAM_REGION 32u /* rays of a list from which on it is asked for */
 
 /* stream_open for the slots `there`, no more than four: which rays enter the first of them is bit 0, and so on. */
 RTI_VEC rtk_u32 stream_open_four(streams *a, const stream *s, rtk_u32 octant, const rtk_bvhnode *n, rtk_u32 there,

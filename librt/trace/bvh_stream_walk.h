@@ -243,6 +243,8 @@ RTI_VEC void stream_start(const streams *a, stream *s, rtk_u32 mode)
     s->top = s->n != 0u;
 #ifdef RTI_PACK
     stream_start_dense(s);
+    if (mode & RTK_MODE_ANY)
+        stream_region(a, s);
 #else
     for (rtk_u32 i = 0u; i < s->n; i++)
         s->list[i] = (uint16_t)i;
