@@ -44,7 +44,7 @@ enum {
 };
 
 /** Closest hits, as rt_scene_intersect. hints: RT_RAYS_* or 0. Errors none. Threads any number. Owner keeps no pointer; memory as there. A call may be for one ray,
- *  which then costs some 20 ns beside its way through the tree; but rays that come together share that way: a thousand in a call go 2 to 10 times as fast
+ *  which then costs some 12 ns beside its way through the tree; but rays that come together share that way: a thousand in a call go 2 to 10 times as fast
  *  (examples/many_rays.c measures it). rt_scene_intersect asks for the snapshot at each call, for some 15 ns. */
 RT_API void rt_tracer_intersect(const rt_tracer *tracer, const rt_ray *rays, rt_hit *hits, size_t count, uint32_t hints);
 /** Any hit, as rt_scene_occluded. */
