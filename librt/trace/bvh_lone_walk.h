@@ -277,7 +277,8 @@ static const int32_t lone_left[4] = {0, 0, 1, 3}, lone_right[4] = {1, 2, 2, 3};
 #undef Y
 #undef Z
 
-/* A ray made ready, but for what a part brings. 0: it is not valid, or its origin is not. */
+/* A ray made ready, but for what a part brings. 0: its direction or range is not valid. (An origin that is not is far away from
+ * every part.) */
 RTI_VEC int lone_begin(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
 {
     const rti_f4 dir = rti_f4_load(ray->dir), top = rti_f4_set(RTK_INV_MAX);
