@@ -21,7 +21,9 @@
 
 #include "bvh_packet.h"
 
-#if RTI_SIMD == 8
+#if RTI_SIMD >= 16
+#define STREAM 4096u
+#elif RTI_SIMD == 8
 #define STREAM 1024u /* narrower vectors, smaller caches: half a MiB to a core */
 #else
 #define STREAM 2048u
@@ -293,6 +295,17 @@ RTI_VEC void stream_shears(const stream *s, const uint16_t *ids, rtk_u32 n, vec 
 #endif
 }
 
+/* Asks for the triangles of n hits that were put aside. */
+RTI_VEC void stream_expect(const streams *a, const stream *s, const uint16_t *ids, rtk_u32 n)
+{
+    for (rtk_u32 i = 0u; i < n; i++) {
+        const char *b = (const char *)&a->tree.blocks[s->hit[ids[i]].late / 4u];
+        __builtin_prefetch(b);
+        __builtin_prefetch(b + 64);
+        __builtin_prefetch(b + sizeof(rtk_bvhblock) - 1u);
+    }
+}
+
 /* Of n rays, no more than vectors hold, the hits that were put aside. */
 static void stream_decide(const streams *a, stream *s, const uint16_t *ids, rtk_u32 n)
 {
@@ -343,8 +356,12 @@ RTI_VEC void stream_end(streams *a, stream *s)
         a->now[n] = (uint16_t)i;
         n += (rtk_u32)(s->hit[i].late != RTK_INVALID) & (rtk_u32)(s->hit[i].t < s->ray[i].t1);
     }
-    for (rtk_u32 i = 0u; i < n; i += RTI_SIMD)
+    stream_expect(a, s, a->now, rtk_umin(n, RTI_SIMD));
+    for (rtk_u32 i = 0u; i < n; i += RTI_SIMD) {
+        if (n - i > RTI_SIMD)
+            stream_expect(a, s, a->now + i + RTI_SIMD, rtk_umin(n - i - RTI_SIMD, RTI_SIMD));
         stream_decide(a, s, a->now + i, rtk_umin(n - i, RTI_SIMD));
+    }
     n = 0u;
     for (rtk_u32 i = 0u; i < s->n; i++) {
         a->now[n] = (uint16_t)i;

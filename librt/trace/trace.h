@@ -23,7 +23,7 @@ typedef struct rti_steps {
     uint32_t nodes, leaves, tests;
 } rti_steps;
 
-#define RTI_TRACE_ROOM ((size_t)2816 << 10) /* bytes that a batch of rays may want to work in */
+#define RTI_TRACE_ROOM ((size_t)5632 << 10) /* bytes that a batch of rays may want to work in */
 
 /* A ray as callers have it (rt_ray), where it stands, and their hit (rt_hit): who copied them word by word would wait until they
  * stand in memory to be read again. */
