@@ -183,7 +183,9 @@ static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, r
         RTK_NAME(planes)(l, p, first, n);
         again = 1;
     }
-    pencil_load(l, RTK_MODE, n, again, want, rest);
+    l->count = n;
+    l->again = (rtk_u32)again;
+    pencil_load(l, RTK_MODE, want, rest);
     for (;;) {
         some = 0u;
         for (rtk_u32 g = 0u; g < PENCIL; g++)

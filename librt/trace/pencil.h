@@ -3,10 +3,11 @@
  * Up to PENCIL blocks of sixteen rays go together when their lines pass through one point, the apex: the eye, a point light that
  * they end at, or the eye's image in a mirror. Seen from there a ray is two numbers, its slopes along the axis that all rays
  * mainly follow, and a block of rays is a rectangle of slopes. A node's boxes are asked for all blocks by the rectangle around
- * theirs; of those that it meets, each for sixteen rectangles at once, a lane a block. Of a triangle the edge functions of the
- * leaf test are linear in the slopes, so what they are at a rectangle's worst corner is told in a few operations, again a lane a
- * block. Rays are looked at one by one only by the leaf test itself, of the blocks that are left. So what does not depend on
- * the number of rays is shared by 256 of them, and hardly a triangle is tested for sixteen rays that all miss it.
+ * theirs; of those that it meets, each for as many rectangles at once as vectors have lanes, a lane a block. Of a triangle the
+ * edge functions of the leaf test are linear in the slopes, so what they are at a rectangle's worst corner is told in a few
+ * operations, again a lane a block. Rays are looked at one by one only by the leaf test itself, of the blocks that are left. So
+ * what does not depend on the number of rays is shared by hundreds of them, and hardly a triangle is tested for sixteen rays that
+ * all miss it.
  * (Reshetov, Soupikov, Hurley 2005; Dmitriev, Havran, Seidel 2004; Benthin, Wald 2009. What differs: lanes are rectangles of
  * rays; all bounds are proved to keep every hit of the leaf test.)
  *
@@ -35,12 +36,24 @@
 
 #include "bvh_packet_walk.h"
 
-#define PENCIL        16u /* blocks */
-#define PENCIL_RAYS   (PENCIL * RTK_BLOCK)
-#define PENCIL_LOST   4u             /* times that rays are no pencil before the rest of a batch is not tried */
-#define BUNDLES       32u            /* that these may become */
-#define PENCIL_U      9.5367432e-07f /* 16 u */
-#define PENCIL_HALVES (RTK_BLOCK / RTI_SIMD)
+#if RTI_SIMD >= 16
+#define PENCIL  32u /* blocks */
+#define BUNDLES 64u /* that these may become */
+typedef uint64_t pencil_bits; /* a bit a bundle */
+#define PENCIL_FIRST(bits) ((rtk_u32)__builtin_ctzll(bits))
+#define PENCIL_COUNT(bits) ((rtk_u32)__builtin_popcountll(bits))
+#else
+#define PENCIL  16u
+#define BUNDLES 32u
+typedef rtk_u32 pencil_bits;
+#define PENCIL_FIRST(bits) ((rtk_u32)__builtin_ctz(bits))
+#define PENCIL_COUNT(bits) ((rtk_u32)__builtin_popcount(bits))
+#endif
+#define PENCIL_ONE(bundle) ((pencil_bits)1u << (bundle))
+#define PENCIL_RAYS        (PENCIL * RTK_BLOCK)
+#define PENCIL_LOST        4u             /* times that rays are no pencil before the rest of a batch is not tried */
+#define PENCIL_U           9.5367432e-07f /* 16 u */
+#define PENCIL_HALVES      (RTK_BLOCK / RTI_SIMD)
 
 /* Between which depths x is from a to b, for slopes from lo to hi of a rectangle a lane: from max(a in[0], b in[1]) on, and up to
  * min(a out[0] + more[0], b out[1] + more[1]). */
@@ -64,7 +77,7 @@ typedef struct pencil {
     uint16_t live[BUNDLES];
     uint8_t block[BUNDLES];
     rtk_u32 end;     /* bundles that are looked at: PENCIL, or BUNDLES */
-    rtk_u32 bundles; /* those with rays, a bit each */
+    pencil_bits bundles; /* those with rays, a bit each */
     /* Of all of them. */
     rtk_u32 kx, ky, kz;
     float turn;                     /* 1 or -1: depth is turn * (z - apex z) */
@@ -74,7 +87,7 @@ typedef struct pencil {
     pencil_ways all[2];             /* of the rectangle around all, in the first lanes */
     rtk_u32 away;                   /* rays run from the apex, not to it */
     rtk_u32 one;                    /* all rays start at the apex exactly */
-    rtk_u32 changed;                /* closest hits: bundles whose reach is to be found anew */
+    pencil_bits changed;                /* closest hits: bundles whose reach is to be found anew */
     const rtk_scene *scene;
     const rtk_part *part;
     const rtk_trace_block *batch;
@@ -86,11 +99,23 @@ typedef struct pencil {
     const rtk_trace_block *rays;
     rtk_hit_block *hits;
     uint16_t *occluded;
+    rtk_u32 count;                /* its rays */
+    rtk_u32 again;                /* something was asked for them before, and their hits so far stand in the batch */
+    rtk_u32 unread, unread_end;   /* the blocks that are not loaded yet */
     rtk_u32 next; /* blocks of the next one */
     struct {
         rtk_u32 geom, first, count;
     } mesh; /* as a packet's */
 } pencil;
+
+/* Which of the vectors of bundles have some of these, a bit each. */
+RTI_VEC rtk_u32 pencil_vectors(pencil_bits bundles)
+{
+    rtk_u32 some = 0u;
+    for (rtk_u32 i = 0u; i < BUNDLES / RTI_SIMD; i++)
+        some |= (rtk_u32)((bundles >> (i * RTI_SIMD) & LANES_ALL) != 0u) << i;
+    return some;
+}
 
 RTI_VEC void pencil_open_batch(pencil *p, const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
                                uint16_t *occluded, rti_scratch *scratch)
@@ -118,7 +143,8 @@ RTI_VEC rtk_u32 pencil_lanes(rtk_u32 mask, rtk_u32 h)
 RTI_VEC void pencil_lows(const vec a[PENCIL], float out[PENCIL])
 {
 #ifdef RTI_PACK
-    rti_f16_store(out, rti_f16_lows(a));
+    for (rtk_u32 i = 0u; i < PENCIL; i += RTI_SIMD)
+        rti_f16_store(out + i, rti_f16_lows(a + i));
 #else
     for (rtk_u32 i = 0u; i < PENCIL; i++)
         out[i] = packet_low(a[i]);
@@ -200,38 +226,49 @@ RTI_VEC void pencil_none(const rtk_trace_block *b, rtk_hit_block *hit, rtk_u32 n
     memset(hit->inst, 0xff, n * sizeof *hit->inst);
 }
 
-/* The rays of a batch from number `first` on, `count` of at most PENCIL_RAYS: *want has those that may go, *rest the other valid
- * ones. Hits are none unless something was asked before (again). */
-RTI_APART void pencil_load(pencil *p, rtk_u32 mode, rtk_u32 count, int again, uint16_t want[PENCIL], uint16_t rest[PENCIL])
+/* A block of rays: want[g] has those that may go, rest[g] the other valid ones. Hits are none unless something was asked before. */
+RTI_VEC void pencil_load_block(pencil *p, rtk_u32 mode, rtk_u32 g, uint16_t want[PENCIL], uint16_t rest[PENCIL])
 {
-    const rtk_u32 blocks = (count + RTK_BLOCK - 1u) / RTK_BLOCK;
+    const rtk_trace_block *b = &p->rays[g];
+    const rtk_u32 count = p->count - g * RTK_BLOCK;
+    rtk_u32 valid = 0u, all = rtk_umin(count, RTK_BLOCK);
     vec_bits common;
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
         common[i] = p->rays[0].mask[0]; /* where it is none, no hit counts, and rays are not looked for */
-    for (rtk_u32 g = 0u; g < PENCIL; g++) {
-        const rtk_trace_block *b = &p->rays[g];
-        rtk_u32 valid = 0u, all = RTK_BLOCK;
-        want[g] = rest[g] = 0u;
-        if (g >= blocks)
-            continue;
-        if (count - g * RTK_BLOCK < RTK_BLOCK)
-            all = count - g * RTK_BLOCK;
-        for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD)
-            valid |= pencil_valid(b, k, common) << k;
-        if (!(mode & RTK_MODE_ANY) && !again) {
-            if (all == RTK_BLOCK)
-                pencil_none(b, &p->hits[g], RTK_BLOCK); /* a number, so no calls */
-            else
-                pencil_none(b, &p->hits[g], all);
-        }
-        all = (2u << (all - 1u)) - 1u;
-        if (mode & RTK_MODE_ANY) {
-            if (!again)
-                p->occluded[g] = 0u;
-            all &= ~(rtk_u32)p->occluded[g];
-        }
-        want[g] = (uint16_t)(common[0] != 0u ? valid & all : 0u);
-        rest[g] = (uint16_t)(all & ~(rtk_u32)want[g]);
+    for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD)
+        valid |= pencil_valid(b, k, common) << k;
+    if (!(mode & RTK_MODE_ANY) && !p->again) {
+        if (all == RTK_BLOCK)
+            pencil_none(b, &p->hits[g], RTK_BLOCK); /* a number, so no calls */
+        else
+            pencil_none(b, &p->hits[g], all);
+    }
+    all = (2u << (all - 1u)) - 1u;
+    if (mode & RTK_MODE_ANY) {
+        if (!p->again)
+            p->occluded[g] = 0u;
+        all &= ~(rtk_u32)p->occluded[g];
+    }
+    want[g] = (uint16_t)(common[0] != 0u ? valid & all : 0u);
+    rest[g] = (uint16_t)(all & ~(rtk_u32)want[g]);
+}
+
+/* The first block and the last; the others are loaded when they are looked at first (pencil_gather), for the nearest cache does not
+ * hold all of them. Not so where one of the two has no ray to guess by. */
+RTI_VEC void pencil_load(pencil *p, rtk_u32 mode, uint16_t want[PENCIL], uint16_t rest[PENCIL])
+{
+    const rtk_u32 last = (p->count - 1u) / RTK_BLOCK;
+    memset(want, 0, PENCIL * sizeof *want);
+    memset(rest, 0, PENCIL * sizeof *rest);
+    pencil_load_block(p, mode, 0u, want, rest);
+    if (last != 0u)
+        pencil_load_block(p, mode, last, want, rest);
+    p->unread = 1u;
+    p->unread_end = last;
+    if (want[0] == 0u || want[last] == 0u) {
+        for (rtk_u32 g = 1u; g < last; g++)
+            pencil_load_block(p, mode, g, want, rest);
+        p->unread_end = 0u;
     }
 }
 

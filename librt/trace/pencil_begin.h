@@ -111,7 +111,7 @@ RTI_APART int pencil_cut(pencil *p, rtk_u32 mode, pencil_rects *r, rtk_u32 i, rt
     p->from[n] = p->from[i];
     p->reach[i] = pencil_end(p, mode, i);
     p->reach[n] = pencil_end(p, mode, n);
-    p->bundles |= 1u << n;
+    p->bundles |= PENCIL_ONE(n);
     return 1;
 }
 
@@ -140,7 +140,7 @@ RTI_APART void pencil_part(pencil *p, rtk_u32 mode, pencil_rects *r)
         r->low[0][i] = r->low[1][i] = RTK_INF;
         r->high[0][i] = r->high[1][i] = -RTK_INF;
     }
-    p->end = n > PENCIL ? BUNDLES : PENCIL;
+    p->end = (n + RTI_SIMD - 1u) / RTI_SIMD * RTI_SIMD;
 }
 
 /* What walks ask of the rectangles. */
@@ -210,12 +210,15 @@ RTI_VEC void pencil_gather(pencil *p, rtk_u32 mode, int down, float round, penci
 {
     s->off = s->most = V(set)(0.0f);
     s->count = s->other = 0u;
-    p->bundles = p->recorded = 0u;
+    p->bundles = 0u;
+    p->recorded = 0u;
     for (rtk_u32 g = 0u; g < PENCIL; g++) {
         const rtk_trace_block *b = &p->rays[g];
         const float *const d[3] = {b->dx, b->dy, b->dz};
         rtk_u32 live = 0u;
         pencil_expect(p, mode, g);
+        if (g >= p->unread && g < p->unread_end)
+            pencil_load_block(p, mode, g, want, rest);
         s->lo[0][g] = s->hi[0][g] = s->lo[1][g] = s->hi[1][g] = s->from[g] = s->reach[g] = V(set)(RTK_INF);
         for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD) {
             rtk_u32 lanes = (rtk_u32)want[g] >> k & LANES_ALL;
@@ -227,9 +230,10 @@ RTI_VEC void pencil_gather(pencil *p, rtk_u32 mode, int down, float round, penci
         }
         p->live[g] = (uint16_t)live;
         p->block[g] = (uint8_t)g;
-        p->bundles |= (rtk_u32)(live != 0u) << g;
+        p->bundles |= (pencil_bits)(live != 0u) << g;
         s->count += (rtk_u32)__builtin_popcount(live);
     }
+    p->unread_end = 0u;
 }
 
 /* Makes ready the walk of those of `want` that are like the first of them, which are taken out; those of them that are no

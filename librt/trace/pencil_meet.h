@@ -58,10 +58,11 @@ RTI_APART rtk_u32 pencil_see(const pencil *p, const rtk_bvhblock *b, pencil_four
 }
 
 /* The bundles of which some ray may hit triangle j. */
-RTI_APART rtk_u32 pencil_meet(const pencil *p, const pencil_four *f, rtk_u32 j)
+RTI_APART pencil_bits pencil_meet(const pencil *p, const pencil_four *f, rtk_u32 j, rtk_u32 vectors)
 {
-    rtk_u32 bundles = 0u;
-    for (rtk_u32 h = 0u; h < p->end; h += RTI_SIMD) {
+    pencil_bits bundles = 0u;
+    for (; vectors != 0u; vectors &= vectors - 1u) {
+        const rtk_u32 h = (rtk_u32)__builtin_ctz(vectors) * RTI_SIMD;
         vmask ok = V(le)(V(set)(f->near[j]), V(load)(p->reach + h));
         for (rtk_u32 k = 0u; k < 3u; k++) {
             const vec x = V(load)(p->corner[0][f->sign[k][0] >> j & 1u] + h),
@@ -69,7 +70,7 @@ RTI_APART rtk_u32 pencil_meet(const pencil *p, const pencil_four *f, rtk_u32 j)
             const vec v = V(madd)(V(set)(f->side[k][1][j]), x, V(madd)(V(set)(f->side[k][2][j]), y, V(set)(f->side[k][0][j])));
             ok = VM(and)(ok, V(le)(V(set)(0.0f), v));
         }
-        bundles |= VM(bits)(ok) << h;
+        bundles |= (pencil_bits)VM(bits)(ok) << h;
     }
     return bundles;
 }
@@ -80,7 +81,7 @@ RTI_VEC void pencil_done(pencil *p, rtk_u32 bundle, rtk_u32 lanes)
     const rtk_u32 g = p->block[bundle];
     p->occluded[g] = (uint16_t)(p->occluded[g] | lanes);
     p->live[bundle] = (uint16_t)(p->live[bundle] & ~lanes);
-    p->bundles &= ~((rtk_u32)(p->live[bundle] == 0u) << bundle);
+    p->bundles &= ~((pencil_bits)(p->live[bundle] == 0u) << bundle);
 }
 
 /* The mesh of a triangle becomes the one that was met last. */
@@ -124,7 +125,7 @@ RTI_APART void pencil_ask(pencil *p, rtk_u32 mode, rtk_u32 bundle, rtk_u32 i, rt
         h->v[i] = q.best.v;
         h->prim[i] = q.best.prim;
         h->geom[i] = q.best.geom;
-        p->changed |= 1u << bundle;
+        p->changed |= PENCIL_ONE(bundle);
     }
 }
 
@@ -167,14 +168,14 @@ RTI_VEC void pencil_take(pencil *p, rtk_u32 mode, const tri_ray *r, const float 
         id = V(select)(in, V(set)(rtk_float(p->mesh.geom)), V(load)((const float *)(const void *)(h->geom + k)));
         memcpy(&geom, &id, sizeof geom);
         memcpy(h->geom + k, &geom, sizeof geom);
-        p->changed |= (rtk_u32)(take != 0u) << bundle;
+        p->changed |= (pencil_bits)(take != 0u) << bundle;
     }
     for (; ask != 0u; ask &= ask - 1u)
         pencil_ask(p, mode, bundle, k + (rtk_u32)__builtin_ctz(ask), ref);
 }
 
 /* Triangle j of a block for the rays of some bundles, or those of them in `rays` (NULL: all). one: as the pencil's. */
-RTI_APART void pencil_triangle(pencil *p, rtk_u32 mode, const rtk_bvhblock *b, rtk_u32 j, rtk_u32 ref, rtk_u32 bundles,
+RTI_APART void pencil_triangle(pencil *p, rtk_u32 mode, const rtk_bvhblock *b, rtk_u32 j, rtk_u32 ref, pencil_bits bundles,
                                const uint16_t *rays, int one)
 {
     const rtk_u32 x = p->kx, y = p->ky, z = p->kz;
@@ -185,7 +186,7 @@ RTI_APART void pencil_triangle(pencil *p, rtk_u32 mode, const rtk_bvhblock *b, r
     const vec v1[3] = {V(set)(c[1][0]), V(set)(c[1][1]), V(set)(c[1][2])};
     const vec v2[3] = {V(set)(c[2][0]), V(set)(c[2][1]), V(set)(c[2][2])};
     for (; bundles != 0u; bundles &= bundles - 1u) {
-        const rtk_u32 i = (rtk_u32)__builtin_ctz(bundles), g = p->block[i];
+        const rtk_u32 i = PENCIL_FIRST(bundles), g = p->block[i];
         const rtk_trace_block *from = &p->rays[g];
         const rtk_u32 live = rays ? (rtk_u32)p->live[i] & rays[i] : p->live[i];
         const float *const o[3] = {from->ox, from->oy, from->oz}, *const d[3] = {from->dx, from->dy, from->dz};
@@ -226,7 +227,7 @@ RTI_VEC void pencil_hit(pencil *p, rtk_u32 bundle, rtk_u32 i, rtk_u32 ref, float
     h->v[i] = v;
     h->prim[i] = ref - p->mesh.first;
     h->geom[i] = p->mesh.geom;
-    p->changed |= 1u << bundle;
+    p->changed |= PENCIL_ONE(bundle);
 }
 
 /* Puts the rays of a block side by side. */
@@ -247,11 +248,11 @@ RTI_APART void pencil_record(pencil *p, rtk_u32 g)
 
 /* The rays of some bundles, one behind the other: bundle * PENCIL_RAYS and the place among the pencil's rays. Returns how many.
  */
-RTI_APART rtk_u32 pencil_list(pencil *p, rtk_u32 bundles, const uint16_t rays[BUNDLES], uint16_t list[PENCIL_RAYS + RTK_BLOCK])
+RTI_APART rtk_u32 pencil_list(pencil *p, pencil_bits bundles, const uint16_t rays[BUNDLES], uint16_t list[PENCIL_RAYS + RTK_BLOCK])
 {
     rtk_u32 n = 0u;
     for (; bundles != 0u; bundles &= bundles - 1u) {
-        const rtk_u32 i = (rtk_u32)__builtin_ctz(bundles), g = p->block[i];
+        const rtk_u32 i = PENCIL_FIRST(bundles), g = p->block[i];
         if (!(p->recorded >> g & 1u))
             pencil_record(p, g);
         n += rti_u16_count(list + n, i * PENCIL_RAYS + g * RTK_BLOCK, rays[i]);

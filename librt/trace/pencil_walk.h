@@ -5,16 +5,13 @@
 #include "pencil_meet.h"
 
 #define PENCIL_NODES   8u /* nodes a ray that a pencil may open before it has come apart */
-#define PENCIL_BUNDLED 4u /* bundles at a leaf up to which their rays are told from one another at once */
+#define PENCIL_BUNDLED 8u /* bundles at a leaf up to which their rays are told from one another at once */
 #define PENCIL_PAIRS   2u /* pairs of a bundle and a triangle, for each bundle, above which rays are told from one another */
 /* PENCIL_LONE: rays at a leaf for which its triangles are not looked at before. PENCIL_PRICE: what FOUR_RAYS rays by four
  * triangles cost, in pairs of a bundle and a triangle. */
-#if RTI_SIMD == 8 && defined RTI_PACK8
+#if defined RTI_PACK8
 #define PENCIL_LONE(mode)  ((mode)&RTK_MODE_ANY ? 40u : 24u)
-#define PENCIL_PRICE(mode) ((mode)&RTK_MODE_ANY ? 1u : 2u)
-#elif defined RTI_PACK8
-#define PENCIL_LONE(mode)  24u
-#define PENCIL_PRICE(mode) 2u
+#define PENCIL_PRICE(mode) (RTI_SIMD == 8 && ((mode)&RTK_MODE_ANY) ? 1u : 2u)
 #else
 #define PENCIL_LONE(mode) 8u
 #endif
@@ -50,14 +47,15 @@ RTI_APART rtk_u32 pencil_open(const pencil *p, const rtk_bvhnode *n, float t[RTK
     return bits;
 }
 
-/* The bundles whose rectangles meet a slot's box. */
-RTI_APART rtk_u32 pencil_enter(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot)
+/* The bundles whose rectangles meet a slot's box. vectors: those that may, as pencil_vectors has them. */
+RTI_APART pencil_bits pencil_enter(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 vectors)
 {
     const rtk_u32 axis[2] = {p->kx, p->ky};
     const float zl = n->box[p->kz][0][slot], zh = n->box[p->kz][1][slot];
     const float in = p->turn > 0.0f ? zl - p->high[2] : p->low[2] - zh, out = p->turn > 0.0f ? zh - p->low[2] : p->high[2] - zl;
-    rtk_u32 bundles = 0u;
-    for (rtk_u32 h = 0u; h < p->end; h += RTI_SIMD) {
+    pencil_bits bundles = 0u;
+    for (; vectors != 0u; vectors &= vectors - 1u) {
+        const rtk_u32 h = (rtk_u32)__builtin_ctz(vectors) * RTI_SIMD;
         vec t0 = V(max)(V(set)(in), V(load)(p->from + h)), t1 = V(min)(V(set)(out), V(load)(p->reach + h));
         for (rtk_u32 k = 0u; k < 2u; k++) {
             const vec lo = V(set)(n->box[axis[k]][0][slot] - p->high[k]), hi = V(set)(n->box[axis[k]][1][slot] - p->low[k]);
@@ -67,7 +65,7 @@ RTI_APART rtk_u32 pencil_enter(const pencil *p, const rtk_bvhnode *n, rtk_u32 sl
             t1 = V(min)(V(madd)(lo, V(load)(w->out[0] + h), V(load)(w->more[0] + h)), t1);
             t1 = V(min)(V(madd)(hi, V(load)(w->out[1] + h), V(load)(w->more[1] + h)), t1);
         }
-        bundles |= VM(bits)(V(le)(t0, t1)) << h;
+        bundles |= (pencil_bits)VM(bits)(V(le)(t0, t1)) << h;
     }
     return bundles & p->bundles;
 }
@@ -109,31 +107,32 @@ RTI_VEC rtk_u32 pencil_near_rays(const pencil *p, const pencil_box *box, rtk_u32
 }
 
 /* Of some bundles those of which rays meet a slot's box, and which rays. */
-RTI_APART rtk_u32 pencil_near(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 bundles, uint16_t rays[BUNDLES])
+RTI_APART pencil_bits pencil_near(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles, uint16_t rays[BUNDLES])
 {
     const pencil_box box = pencil_box_of(p, n, slot);
-    rtk_u32 some = 0u;
+    pencil_bits some = 0u;
     for (; bundles != 0u; bundles &= bundles - 1u) {
-        const rtk_u32 i = (rtk_u32)__builtin_ctz(bundles);
+        const rtk_u32 i = PENCIL_FIRST(bundles);
         rays[i] = (uint16_t)pencil_near_rays(p, &box, i);
-        some |= (rtk_u32)(rays[i] != 0u) << i;
+        some |= (pencil_bits)(rays[i] != 0u) << i;
     }
     return some;
 }
 
 /* Whether a ray of some bundles meets a slot's box. */
-RTI_APART int pencil_any(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 bundles)
+RTI_APART int pencil_any(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles)
 {
     const pencil_box box = pencil_box_of(p, n, slot);
     for (; bundles != 0u; bundles &= bundles - 1u)
-        if (pencil_near_rays(p, &box, (rtk_u32)__builtin_ctz(bundles)) != 0u)
+        if (pencil_near_rays(p, &box, PENCIL_FIRST(bundles)) != 0u)
             return 1;
     return 0;
 }
 
 /* The rays at a leaf: bundles, and when they are known which of their rays meet its box, how many, and them listed. */
 typedef struct pencil_at {
-    rtk_u32 bundles, known, count, listed;
+    pencil_bits bundles;
+    rtk_u32 known, count, listed;
     uint16_t rays[BUNDLES];
 #ifdef RTI_PACK8
     uint16_t list[PENCIL_RAYS + RTK_BLOCK];
@@ -147,8 +146,8 @@ RTI_VEC void pencil_tell(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, pe
     a->known = 1u;
     a->count = 0u;
     a->bundles = pencil_near(p, n, slot, a->bundles, a->rays);
-    for (rtk_u32 l = a->bundles; l != 0u; l &= l - 1u)
-        a->count += (rtk_u32)__builtin_popcount(a->rays[__builtin_ctz(l)]);
+    for (pencil_bits l = a->bundles; l != 0u; l &= l - 1u)
+        a->count += (rtk_u32)__builtin_popcount(a->rays[PENCIL_FIRST(l)]);
 }
 
 /* Of the four places from `at` on those of a leaf, a bit each. */
@@ -159,12 +158,12 @@ RTI_VEC rtk_u32 pencil_places(rtk_u32 at, rtk_u32 begin, rtk_u32 end)
 }
 
 /* A leaf without blocks, ray by ray. */
-RTI_APART void pencil_refs(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 bundles)
+RTI_APART void pencil_refs(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles)
 {
     const rtk_u32 *refs = p->part->RTK_TREE.refs + n->child[slot];
     for (rtk_u32 k = 0u; k < n->count[slot]; k++)
-        for (rtk_u32 l = bundles; l != 0u; l &= l - 1u)
-            for (rtk_u32 i = (rtk_u32)__builtin_ctz(l), lanes = p->live[i]; lanes != 0u; lanes &= lanes - 1u)
+        for (pencil_bits l = bundles; l != 0u; l &= l - 1u)
+            for (rtk_u32 i = PENCIL_FIRST(l), lanes = p->live[i]; lanes != 0u; lanes &= lanes - 1u)
                 pencil_ask(p, mode, i, (rtk_u32)__builtin_ctz(lanes), refs[k]);
 }
 
@@ -186,7 +185,7 @@ RTI_VEC void pencil_all(pencil *p, rtk_u32 mode, rtk_u32 at, rtk_u32 keep, penci
 }
 
 /* A leaf for the rays of some bundles. one: as the pencil's. */
-RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 bundles, int one)
+RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles, int one)
 {
     const rtk_tree *tree = &p->part->RTK_TREE;
     const rtk_u32 begin = n->child[slot], end = begin + n->count[slot];
@@ -197,7 +196,7 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
         pencil_refs(p, mode, n, slot, bundles);
         return;
     }
-    if (!one || (rtk_u32)__builtin_popcount(bundles) <= PENCIL_BUNDLED) {
+    if (!one || PENCIL_COUNT(bundles) <= PENCIL_BUNDLED) {
         pencil_tell(p, n, slot, &a);
         if (a.count == 0u)
             return;
@@ -210,13 +209,14 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
     for (rtk_u32 at = begin / 4u * 4u; at < end && (a.bundles &= p->bundles) != 0u; at += 4u) {
         const rtk_bvhblock *b = &tree->blocks[at / 4u];
         pencil_four f;
-        rtk_u32 some[RTK_BVH_BLOCK], keep = pencil_see(p, b, &f) & pencil_places(at, begin, end), pairs = 0u;
+        pencil_bits some[RTK_BVH_BLOCK];
+        rtk_u32 keep = pencil_see(p, b, &f) & pencil_places(at, begin, end), pairs = 0u;
         for (rtk_u32 l = keep; l != 0u; l &= l - 1u) {
             const rtk_u32 j = (rtk_u32)__builtin_ctz(l);
-            some[j] = a.bundles & pencil_meet(p, &f, j);
-            pairs += (rtk_u32)__builtin_popcount(some[j]);
+            some[j] = a.bundles & pencil_meet(p, &f, j, pencil_vectors(a.bundles));
+            pairs += PENCIL_COUNT(some[j]);
         }
-        if (pairs > PENCIL_PAIRS * (rtk_u32)__builtin_popcount(a.bundles)) {
+        if (pairs > PENCIL_PAIRS * PENCIL_COUNT(a.bundles)) {
             pencil_tell(p, n, slot, &a);
 #ifdef RTI_PACK8
             if ((a.count + FOUR_RAYS - 1u) / FOUR_RAYS * PENCIL_PRICE(mode) < pairs) {
@@ -236,7 +236,7 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
 RTI_APART void pencil_reach(pencil *p, rtk_u32 mode)
 {
     for (; p->changed != 0u; p->changed &= p->changed - 1u) {
-        const rtk_u32 i = (rtk_u32)__builtin_ctz(p->changed);
+        const rtk_u32 i = PENCIL_FIRST(p->changed);
         p->reach[i] = pencil_end(p, mode, i);
     }
     p->deepest = pencil_high(p->reach, p->end);
@@ -252,7 +252,8 @@ RTI_VEC void pencil_expect_slot(const rtk_tree *tree, const rtk_bvhnode *n, rtk_
 /* The leaf that waits while what it holds is on its way from farther caches. */
 typedef struct pencil_wait {
     const rtk_bvhnode *node; /* NULL: none */
-    rtk_u32 slot, bundles;
+    rtk_u32 slot;
+    pencil_bits bundles;
 } pencil_wait;
 
 /* Looks through the leaf that waits. */
@@ -276,7 +277,7 @@ RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
     const rtk_bvhnode *nodes = p->part->RTK_TREE.bvh;
     packet_stack stack;
     pencil_wait wait = {NULL, 0u, 0u};
-    rtk_u32 at = 0u, budget = PENCIL_NODES * count + 8u;
+    rtk_u32 at = 0u, vectors = pencil_vectors(p->bundles), budget = PENCIL_NODES * count + 8u;
     stack.top = 0u;
     p->changed = 0u;
     for (;;) {
@@ -284,7 +285,7 @@ RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
         if (budget-- == 0u)
             return 1;
         const rtk_u32 bits = pencil_open(p, &nodes[at], t);
-        packet_push(&stack, at, bits, t, 0u);
+        packet_push(&stack, at, bits, t, vectors);
         for (rtk_u32 l = bits; l != 0u; l &= l - 1u)
             pencil_expect_slot(&p->part->RTK_TREE, &nodes[at], (rtk_u32)__builtin_ctz(l));
         for (;;) {
@@ -296,12 +297,14 @@ RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
             if (p->away && stack.t[top] > p->deepest)
                 continue;
             const rtk_bvhnode *n = &nodes[stack.node[top]];
-            const rtk_u32 slot = stack.slot[top], bundles = pencil_enter(p, n, slot);
+            const rtk_u32 slot = stack.slot[top];
+            const pencil_bits bundles = pencil_enter(p, n, slot, stack.lane[top]);
             if (bundles == 0u)
                 continue;
             if (n->count[slot] == 0u) {
                 if (!p->one && !pencil_any(p, n, slot, bundles))
                     continue;
+                vectors = pencil_vectors(bundles);
                 at = n->child[slot];
                 break;
             }

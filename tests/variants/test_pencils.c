@@ -96,14 +96,15 @@ static void put(uint32_t i, const point *org, const double dir[3], double tmin, 
     b->mask[k] = 0xffffffffu;
 }
 
-/* Pencils of 256 rays of a way. */
+/* Rays of a way, 512 or 256 of them through a point. */
 static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t round)
 {
     point apex = {{0.0}}, center = {{0.0}};
+    const uint32_t tile = round % 6 == 5 ? 256 : 512;
     bool narrow = false, zero = false;
     for (uint32_t i = 0; i < BATCH; i++) {
-        if (i % 256 == 0) {
-            apex = apex_of(t, rng, round + i / 256);
+        if (i % tile == 0) {
+            apex = apex_of(t, rng, round + i / tile);
             for (int a = 0; a < 3; a++)
                 apex.x[a] = (float)apex.x[a];
             center = aim(t, rng);
@@ -146,6 +147,8 @@ static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t ro
             b->oy[k] += 1e-3f * t->extent;
         if (i % 97 == 96)
             b->mask[k] = i % 2 ? 0u : 1u;
+        if (round % 5 == 4 && (i + 16) % tile < 32) /* the first block of a tile, and the last, have no rays to guess by */
+            b->dz[k] = NAN;
         if (i % 101 == 100)
             b->dx[k] = NAN;
         if (i % 103 == 102)
