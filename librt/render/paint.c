@@ -177,7 +177,10 @@ void rt_label_size(const char *text, const rt_label_desc *desc, float *width, fl
     float w = 0.0f, h = 0.0f;
     if (text && between(d.size, 4.0f, 1000.0f)) {
         rti_fpenv env = rti_fp_enter();
+        RTI_FP_HOLD(d);
         walk(text, NULL, &d, &w, &h);
+        RTI_FP_HOLD(w);
+        RTI_FP_HOLD(h);
         rti_fp_leave(env);
     }
     if (width)

@@ -92,9 +92,11 @@ rt_status rt_scene_bounds(const rt_scene *scene, rt_vec3 *low, rt_vec3 *high)
     float lo[3], hi[3];
     if (!low || !high)
         return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "rt_scene_bounds: low or high is NULL; give places for both corners");
+    rti_fpenv env = rti_fp_enter();
     scene_bounds(scene, lo, hi);
     *low = (rt_vec3){lo[0], lo[1], lo[2]};
     *high = (rt_vec3){hi[0], hi[1], hi[2]};
+    rti_fp_leave(env);
     return RT_OK;
 }
 
@@ -102,7 +104,6 @@ rt_status rt_scene_bounds(const rt_scene *scene, rt_vec3 *low, rt_vec3 *high)
  * tell. */
 static void frame(rt_camera_desc *d, const float lo[3], const float hi[3], float aspect)
 {
-    rti_fpenv env = rti_fp_enter();
     const double ahead[3] = {0.45, 0.3, 1.0}, length = sqrt(0.45 * 0.45 + 0.3 * 0.3 + 1.0 * 1.0);
     double middle[3], radius, least = 1.0e-30, sum = 0.0, distance,
                               tangent = tan(0.5 * d->fov_deg * 0.017453292519943295) * fmin(1.0, aspect);
@@ -116,7 +117,6 @@ static void frame(rt_camera_desc *d, const float lo[3], const float hi[3], float
     d->look_at = (rt_vec3){(float)middle[0], (float)middle[1], (float)middle[2]};
     d->eye = (rt_vec3){(float)(middle[0] + distance * (ahead[0] / length)), (float)(middle[1] + distance * (ahead[1] / length)),
                        (float)(middle[2] + distance * (ahead[2] / length))};
-    rti_fp_leave(env);
 }
 
 rt_status rt_scene_frame_camera(rt_scene *scene, float aspect)
@@ -131,8 +131,12 @@ rt_status rt_scene_frame_camera(rt_scene *scene, float aspect)
     if (!(aspect >= 1.0e-3f && aspect <= 1.0e3f))
         return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: aspect is %s; it must be from 0.001 to 1000", call,
                         rti_num(text, aspect));
+    rti_fpenv env = rti_fp_enter();
+    RTI_FP_HOLD(aspect);
     scene_bounds(scene, lo, hi);
     if (lo[0] <= hi[0])
         frame(&d, lo, hi, aspect);
+    RTI_FP_HOLD(d);
+    rti_fp_leave(env);
     return rt_scene_set_camera(scene, &d);
 }

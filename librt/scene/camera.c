@@ -218,6 +218,7 @@ rt_status rt_scene_set_camera_motion(rt_scene *scene, const rt_camera_desc *desc
     record = camera_record(&scene->camera[0]);
     put_motion(&record, &scene->camera[0], &d);
     fault = bad_way(&record);
+    RTI_FP_HOLD(record);
     rti_fp_leave(env);
     if (fault)
         return rti_fail(scene->ctx, RT_ERROR_ARGUMENT,

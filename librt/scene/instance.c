@@ -30,7 +30,11 @@ static rt_status check_transform(rt_context *ctx, const char *call, const char *
     if (status != RT_OK)
         return status;
     memcpy(m.m, t->m, sizeof m.m);
-    if (!rti_xfm_invert(&m, &w))
+    rti_fpenv env = rti_fp_enter();
+    RTI_FP_HOLD(m);
+    bool fine = rti_xfm_invert(&m, &w);
+    rti_fp_leave(env);
+    if (!fine)
         return rti_fail(
             ctx, RT_ERROR_ARGUMENT,
             "%s: %s has no inverse (or one that floats cannot hold): it flattens space; scale every axis by more than "
@@ -66,7 +70,9 @@ static rt_status take_motion(rt_context *ctx, const char *call, const rtk_xfm *f
         keys[0] = *first;
         memcpy(keys + 1, motion, count * sizeof *keys);
         memcpy(*out, motion, count * sizeof **out);
+        rti_fpenv env = rti_fp_enter();
         fault = rti_motion_make(keys, count, segments);
+        rti_fp_leave(env);
         if (fault)
             status = rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: the places of motion %s; no time may flatten the body", call, fault);
     } else {

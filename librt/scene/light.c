@@ -66,6 +66,7 @@ static rti_light record(const rt_light_desc *d)
     k->falloff = d->falloff == RT_FALLOFF_INVERSE_SQUARE && d->type != RT_LIGHT_DIRECTIONAL ? 2.0f : 0.0f;
     k->samples = d->samples;
     k->geom = RTK_INVALID;
+    RTI_FP_HOLD(l);
     rti_fp_leave(env);
     return l;
 }

@@ -14,9 +14,11 @@ static void put(float *at, rt_vec3 p)
 static rt_vec3 unit(rt_vec3 d)
 {
     rti_fpenv env = rti_fp_enter();
+    RTI_FP_HOLD(d);
     double m = fmax(fmax(fabs((double)d.x), fabs((double)d.y)), fabs((double)d.z));
     double x = d.x / m, y = d.y / m, z = d.z / m, l = sqrt(x * x + y * y + z * z);
     rt_vec3 result = {(float)(x / l), (float)(y / l), (float)(z / l)};
+    RTI_FP_HOLD(result);
     rti_fp_leave(env);
     return result;
 }

@@ -51,12 +51,18 @@ static void sincos_degrees(double degrees, double *s, double *c)
 
 rt_transform rt_transform_rotate(rt_vec3 axis, float degrees)
 {
-    double x = axis.x, y = axis.y, z = axis.z, l, s, c, k;
+    rti_fpenv env = rti_fp_enter();
     rt_transform t = rt_transform_identity();
-    rti_fpenv env;
-    if ((x == 0.0 && y == 0.0 && z == 0.0) || !(fabsf(degrees) <= 1.0e9f))
+    double x, y, z, l, s, c, k;
+    RTI_FP_HOLD(axis);
+    RTI_FP_HOLD(degrees);
+    x = axis.x;
+    y = axis.y;
+    z = axis.z;
+    if ((x == 0.0 && y == 0.0 && z == 0.0) || !(fabsf(degrees) <= 1.0e9f)) {
+        rti_fp_leave(env);
         return t;
-    env = rti_fp_enter();
+    }
     l = sqrt(x * x + y * y + z * z);
     x /= l;
     y /= l;
@@ -72,6 +78,7 @@ rt_transform rt_transform_rotate(rt_vec3 axis, float degrees)
     t.m[8] = (float)(z * x * k - y * s);
     t.m[9] = (float)(z * y * k + x * s);
     t.m[10] = (float)(c + z * z * k);
+    RTI_FP_HOLD(t);
     rti_fp_leave(env);
     return t;
 }
@@ -80,6 +87,8 @@ rt_transform rt_transform_multiply(rt_transform a, rt_transform b)
 {
     rt_transform t;
     rti_fpenv env = rti_fp_enter();
+    RTI_FP_HOLD(a);
+    RTI_FP_HOLD(b);
     for (int r = 0; r < 3; r++) {
         for (int c = 0; c < 4; c++) {
             double sum = c == 3 ? a.m[4 * r + 3] : 0.0;
@@ -88,6 +97,7 @@ rt_transform rt_transform_multiply(rt_transform a, rt_transform b)
             t.m[4 * r + c] = (float)sum;
         }
     }
+    RTI_FP_HOLD(t);
     rti_fp_leave(env);
     return t;
 }

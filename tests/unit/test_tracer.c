@@ -165,74 +165,6 @@ static void a_tracer_holds_its_snapshot(void **state)
     rt_context_destroy(ctx);
 }
 
-#if defined(__x86_64__) || defined(__i386__)
-#include <xmmintrin.h>
-#define STRANGE 0xc040u /* upwards, denormals count as zero, every trap is open */
-#define CONTROL 0xffc0u
-static uint32_t environment(void)
-{
-    return _mm_getcsr();
-}
-static void set_environment(uint32_t env)
-{
-    _mm_setcsr(env);
-}
-#else
-#include <fenv.h>
-#define STRANGE ((uint32_t)FE_TOWARDZERO)
-#define CONTROL 0xffffffffu
-static uint32_t environment(void)
-{
-    return (uint32_t)fegetround();
-}
-static void set_environment(uint32_t env)
-{
-    fesetround((int)env);
-}
-#endif
-
-/* Callers may compute as they like: calls of one ray, of some, of many give the same bits and leave things as they were. */
-static void callers_environments_do_not_matter(void **state)
-{
-    enum { MANY = 300 };
-    static rt_ray rays[MANY];
-    static rt_hit want[MANY], got[MANY];
-    static uint8_t any[MANY];
-    const uint32_t counts[] = {1, 3, MANY};
-    rt_context *ctx = kit_context(NULL, 1);
-    rt_scene *scene = kit_scene(ctx);
-    rt_tracer *t;
-    (void)state;
-    kit_square(scene, 1, 0);
-    kit_ok(ctx, rt_scene_commit(scene, NULL));
-    kit_ok(ctx, rt_tracer_create(scene, NULL, &t));
-    for (uint32_t i = 0; i < MANY; i++) /* some run along axes, with components of zero */
-        rays[i] = kit_ray(0.003f * (float)i, 0.1f, 1.1f, i % 3 ? 0.0f : 0.01f * (float)(i % 7), 0, i % 2 ? -1.0f : -0.3f);
-    rt_tracer_intersect(t, rays, want, MANY, 0);
-    for (uint32_t i = 0; i < 2 * RTI_COUNT(counts); i++) {
-        const uint32_t n = counts[i / 2], before = environment();
-        memset(got, 0, sizeof got);
-        memset(any, 2, sizeof any);
-        set_environment(STRANGE);
-        if (i % 2) {
-            rt_tracer_intersect(t, rays, got, n, 0);
-            rt_tracer_occluded(t, rays, any, n, 0);
-        } else {
-            rt_scene_intersect(scene, rays, got, n);
-            rt_scene_occluded(scene, rays, any, n);
-        }
-        const uint32_t after = environment();
-        set_environment(before);
-        assert_int_equal(after & CONTROL, STRANGE & CONTROL);
-        assert_memory_equal(got, want, n * sizeof *got);
-        for (uint32_t k = 0; k < n; k++)
-            assert_int_equal(any[k], want[k].prim_id != RT_INVALID_ID);
-    }
-    rt_tracer_destroy(t);
-    rt_scene_destroy(scene);
-    rt_context_destroy(ctx);
-}
-
 static void what_is_wrong_is_said(void **state)
 {
     rt_context *ctx = kit_context(NULL, 1);
@@ -354,13 +286,9 @@ static void coherence_is_seen(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_way_gives_the_same),
-        cmocka_unit_test(a_tracer_holds_its_snapshot),
-        cmocka_unit_test(callers_environments_do_not_matter),
-        cmocka_unit_test(what_is_wrong_is_said),
-        cmocka_unit_test(memory_may_lack),
-        cmocka_unit_test(triangles_come_out),
-        cmocka_unit_test(coherence_is_seen),
+        cmocka_unit_test(every_way_gives_the_same), cmocka_unit_test(a_tracer_holds_its_snapshot),
+        cmocka_unit_test(what_is_wrong_is_said),    cmocka_unit_test(memory_may_lack),
+        cmocka_unit_test(triangles_come_out),       cmocka_unit_test(coherence_is_seen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,6 +6,10 @@
  *  opaque; create is paired with destroy, and destroy(NULL) does nothing. Calls that can fail return rt_status; the sentence is in
  *  rt_context_error. The library never exits, prints, sets a locale or installs a signal handler, and it keeps no pointer of the
  *  caller's unless a function says so. Any number of contexts may live at once; nothing is global.
+ *
+ *  Calls compute rounding to nearest, with denormals, whatever floating-point environment their thread is in, and leave it as it was.
+ *  Those that trace or render want up to 96 KiB of the thread's stack. A child of fork() may not use or destroy a context that has
+ *  computed with several workers: its threads stayed with the parent.
  */
 #ifndef LIBRT_BASE_H
 #define LIBRT_BASE_H
@@ -133,8 +137,8 @@ RT_API void rt_context_memory(const rt_context *context, uint64_t *now, uint64_t
 
 /** What the scenes of a context cost and what they took over from earlier ones. Mesh files, images and trees that were made once are kept in the
  *  context and found again by content: a mesh or texture file by its bytes (when its device, inode, size and times of change are those of the last reading, the bytes are
- *  not read again), a tree by its geometry and the builder's settings. What is kept for later takes at most half of the context's memory limit (2 GiB without one), goes
- *  by last use, and makes room when memory is short. Material libraries of OBJ files are small and always read. */
+ *  not read again), a tree by its geometry and the builder's settings. What is kept for later takes at most half of the context's memory limit (2 GiB without one), beside the
+ *  working memory of renders and queries (rt_context_drop_kept), goes by last use, and makes room when memory is short. Material libraries of OBJ files are small and always read. */
 typedef struct rt_context_work_stats {
     uint64_t files_read;      /**< mesh and image files that were read and parsed */
     uint64_t files_kept;      /**< that were not: what was made of the same content before was taken */
