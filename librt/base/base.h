@@ -122,6 +122,8 @@ void *rti_context_set_cache(rt_context *ctx, uint32_t slot, void *cache, const r
 
 /* Lets go of some of what is only kept for later; false: there was nothing. rti_alloc does it by itself, until there is room. */
 bool rti_context_relieve(rt_context *ctx);
+/* Bytes that the machine has free, by rt_memory_available: what is kept is given up while they are fewer than wanted. */
+uint64_t rti_context_spare(rt_context *ctx, uint64_t bytes, uint64_t (*available)(void));
 
 /* What rt_context_work tells. Times are counted in nanoseconds. */
 enum {

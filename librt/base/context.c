@@ -180,6 +180,14 @@ bool rti_context_relieve(rt_context *ctx)
     return rti_rooms_drop(ctx) || drop_caches(ctx);
 }
 
+uint64_t rti_context_spare(rt_context *ctx, uint64_t bytes, uint64_t (*available)(void))
+{
+    uint64_t now = available();
+    while (now < bytes && rti_context_relieve(ctx))
+        now = available();
+    return now;
+}
+
 void rt_context_drop_kept(rt_context *context)
 {
     rti_rooms_drop(context);

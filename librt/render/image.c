@@ -26,7 +26,7 @@ rt_status rti_image_check_room(rt_context *ctx, const char *what, uint32_t width
                         width, height, (unsigned long long)bytes, (unsigned long long)limit, (unsigned long long)now);
     if (bytes < ROOM_CHECK_FROM)
         return RT_OK;
-    available = rt_memory_available();
+    available = rti_context_spare(ctx, bytes, rt_memory_available);
     if (bytes > available)
         return rti_fail(ctx, RT_ERROR_MEMORY_LIMIT, "%s: %u x %u pixels need %llu bytes; the machine has %llu bytes free", what,
                         width, height, (unsigned long long)bytes, (unsigned long long)available);

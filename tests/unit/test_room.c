@@ -6,6 +6,7 @@
 
 #include "librt/render.h"
 #include "librt/trace.h"
+#include "base/base.h"
 
 enum { TRIANGLES = 600, RAYS = 500 };
 
@@ -188,6 +189,35 @@ static void test_pictures(void **state)
     assert_int_equal(memory.bytes, 0);
 }
 
+static rt_context *on_machine;
+static uint64_t machine;
+static uint64_t machine_free(void)
+{
+    uint64_t now;
+    rt_context_memory(on_machine, &now, NULL);
+    return machine - now;
+}
+
+/* Where the machine has little memory free, what is kept is given up before anything is refused. */
+static void test_machine(void **state)
+{
+    const uint64_t mib = (uint64_t)1 << 20;
+    rt_context *ctx = on_machine = kit_context(NULL, 1);
+    uint64_t kept, now;
+    (void)state;
+    rt_image_destroy(picture(ctx, 1000)); /* 3.9 MiB */
+    rt_context_memory(ctx, &kept, NULL);
+    machine = kept + mib;
+    assert_int_equal(rti_context_spare(ctx, mib, machine_free), mib);
+    rt_context_memory(ctx, &now, NULL);
+    assert_int_equal(now, kept);
+    assert_true(rti_context_spare(ctx, 4 * mib, machine_free) >= 4 * mib);
+    rt_context_memory(ctx, &now, NULL);
+    assert_true(now + 3 * mib < kept);
+    assert_int_equal(rti_context_spare(ctx, 6 * mib, machine_free), machine - now);
+    rt_context_destroy(ctx);
+}
+
 /* Workers' memory is kept for the next render with as many rays: that of as many workers as the context has. */
 static void test_workers(void **state)
 {
@@ -269,6 +299,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_without), cmocka_unit_test(test_kept),
                                        cmocka_unit_test(test_dropped), cmocka_unit_test(test_pictures),
-                                       cmocka_unit_test(test_workers), cmocka_unit_test(test_order)};
+                                       cmocka_unit_test(test_workers), cmocka_unit_test(test_machine),
+                                       cmocka_unit_test(test_order)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

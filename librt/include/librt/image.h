@@ -8,7 +8,7 @@
 extern "C" {
 #endif
 
-/** Black, transparent. width, height 1 ... 1048576, memory within the context's limit. Errors ARGUMENT, MEMORY. Owner the caller. */
+/** Black, transparent. width, height 1 ... 1048576, memory within the context's limit and what the machine has free. Errors ARGUMENT, MEMORY, MEMORY_LIMIT. Owner the caller. */
 RT_API rt_status rt_image_create(rt_context *context, uint32_t width, uint32_t height, rt_image **image);
 RT_API void rt_image_destroy(rt_image *image);
 RT_API uint32_t rt_image_width(const rt_image *image);

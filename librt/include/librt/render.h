@@ -81,7 +81,7 @@ typedef enum rt_job_state { RT_JOB_RUNNING = 0, RT_JOB_DONE, RT_JOB_CANCELLED, R
 
 /** Starts a render of the scene's committed snapshot. With one worker and no `background`, the work is done inside rt_job_poll and rt_job_wait on the
  *  caller's thread; otherwise by threads of the job. A context with the host's tasks has no threads: there poll and wait drive them, in the background too.
- *  Errors   STATE (not committed), ARGUMENT, MEMORY, MEMORY_LIMIT
+ *  Errors   STATE (not committed), ARGUMENT, MEMORY, MEMORY_LIMIT, THREAD (the system gives none)
  *  Threads  a job is used by one thread at a time; rt_job_cancel from any
  *  Owner    the caller: rt_job_destroy (which cancels and waits) */
 RT_API rt_status rt_job_start(rt_scene *scene, const rt_render_desc *desc, rt_job **job);

@@ -28,11 +28,12 @@ rt_status rti_image_allow(const rti_image_source *src, uint64_t width, uint64_t 
     if (width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE)
         return rti_fail(src->ctx, RT_ERROR_FORMAT, "%s: the image has %llu x %llu pixels; each side must be 1 ... %u", src->name,
                         (unsigned long long)width, (unsigned long long)height, MAX_SIDE);
-    if (need > LARGE && need > rt_memory_available())
+    const uint64_t free_bytes = need > LARGE ? rti_context_spare(src->ctx, need, rt_memory_available) : need;
+    if (need > free_bytes)
         return rti_fail(src->ctx, RT_ERROR_MEMORY_LIMIT,
                         "%s: an image of %llu x %llu pixels needs %llu bytes to be read, this machine has %llu free", src->name,
                         (unsigned long long)width, (unsigned long long)height, (unsigned long long)need,
-                        (unsigned long long)rt_memory_available());
+                        (unsigned long long)free_bytes);
     return RT_OK;
 }
 
