@@ -238,6 +238,7 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
             streams_part(a, part, &part->RTK_TREE);
         rtk_u32 first = 0u;
         l.part = part;
+        l.blocker = NULL;
         l.lost = coherent && g->part_count != 0u && pencil_fits(g, part) ? 0u : PENCIL_LOST;
         for (; first + PENCIL_FEW <= count && l.lost < PENCIL_LOST; first += PENCIL_RAYS)
             RTK_NAME(pencils)(&l, &p, on, first, count, k != 0u);

@@ -87,22 +87,26 @@ typedef struct pencil {
     pencil_ways all[2];             /* of the rectangle around all, in the first lanes */
     rtk_u32 away;                   /* rays run from the apex, not to it */
     rtk_u32 one;                    /* all rays start at the apex exactly */
-    pencil_bits changed;                /* closest hits: bundles whose reach is to be found anew */
+    pencil_bits changed;            /* closest hits: bundles whose reach is to be found anew */
     const rtk_scene *scene;
     const rtk_part *part;
     const rtk_trace_block *batch;
     rtk_hit_block *all_hits;
     uint16_t *all_occluded;
     rti_scratch *scratch;
+    /* Any hit: the leaf of the part where rays were met last (NULL: none yet), which is looked through before all others: what
+     * stands in the light for a pencil mostly does for the next one. met: of the leaf that is looked through, some were. */
+    const rtk_bvhnode *blocker;
+    rtk_u32 blocker_slot, met;
     rtk_u32 lost;  /* so many times one after the other rays were no pencil */
     rtk_u32 first; /* the pencil's first ray, a number in the batch; from it on: */
     const rtk_trace_block *rays;
     rtk_hit_block *hits;
     uint16_t *occluded;
-    rtk_u32 count;                /* its rays */
-    rtk_u32 again;                /* something was asked for them before, and their hits so far stand in the batch */
-    rtk_u32 unread, unread_end;   /* the blocks that are not loaded yet */
-    rtk_u32 next; /* blocks of the next one */
+    rtk_u32 count;              /* its rays */
+    rtk_u32 again;              /* something was asked for them before, and their hits so far stand in the batch */
+    rtk_u32 unread, unread_end; /* the blocks that are not loaded yet */
+    rtk_u32 next;               /* blocks of the next one */
     struct {
         rtk_u32 geom, first, count;
     } mesh; /* as a packet's */
@@ -226,7 +230,8 @@ RTI_VEC void pencil_none(const rtk_trace_block *b, rtk_hit_block *hit, rtk_u32 n
     memset(hit->inst, 0xff, n * sizeof *hit->inst);
 }
 
-/* A block of rays: want[g] has those that may go, rest[g] the other valid ones. Hits are none unless something was asked before. */
+/* A block of rays: want[g] has those that may go, rest[g] the other valid ones. Hits are none unless something was asked before.
+ */
 RTI_VEC void pencil_load_block(pencil *p, rtk_u32 mode, rtk_u32 g, uint16_t want[PENCIL], uint16_t rest[PENCIL])
 {
     const rtk_trace_block *b = &p->rays[g];
@@ -253,8 +258,8 @@ RTI_VEC void pencil_load_block(pencil *p, rtk_u32 mode, rtk_u32 g, uint16_t want
     rest[g] = (uint16_t)(all & ~(rtk_u32)want[g]);
 }
 
-/* The first block and the last; the others are loaded when they are looked at first (pencil_gather), for the nearest cache does not
- * hold all of them. Not so where one of the two has no ray to guess by. */
+/* The first block and the last; the others are loaded when they are looked at first (pencil_gather), for the nearest cache does
+ * not hold all of them. Not so where one of the two has no ray to guess by. */
 RTI_VEC void pencil_load(pencil *p, rtk_u32 mode, uint16_t want[PENCIL], uint16_t rest[PENCIL])
 {
     const rtk_u32 last = (p->count - 1u) / RTK_BLOCK;

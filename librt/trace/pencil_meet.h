@@ -79,6 +79,7 @@ RTI_APART pencil_bits pencil_meet(const pencil *p, const pencil_four *f, rtk_u32
 RTI_VEC void pencil_done(pencil *p, rtk_u32 bundle, rtk_u32 lanes)
 {
     const rtk_u32 g = p->block[bundle];
+    p->met |= lanes;
     p->occluded[g] = (uint16_t)(p->occluded[g] | lanes);
     p->live[bundle] = (uint16_t)(p->live[bundle] & ~lanes);
     p->bundles &= ~((pencil_bits)(p->live[bundle] == 0u) << bundle);
@@ -248,7 +249,8 @@ RTI_APART void pencil_record(pencil *p, rtk_u32 g)
 
 /* The rays of some bundles, one behind the other: bundle * PENCIL_RAYS and the place among the pencil's rays. Returns how many.
  */
-RTI_APART rtk_u32 pencil_list(pencil *p, pencil_bits bundles, const uint16_t rays[BUNDLES], uint16_t list[PENCIL_RAYS + RTK_BLOCK])
+RTI_APART rtk_u32 pencil_list(pencil *p, pencil_bits bundles, const uint16_t rays[BUNDLES],
+                              uint16_t list[PENCIL_RAYS + RTK_BLOCK])
 {
     rtk_u32 n = 0u;
     for (; bundles != 0u; bundles &= bundles - 1u) {

@@ -107,7 +107,8 @@ RTI_VEC rtk_u32 pencil_near_rays(const pencil *p, const pencil_box *box, rtk_u32
 }
 
 /* Of some bundles those of which rays meet a slot's box, and which rays. */
-RTI_APART pencil_bits pencil_near(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles, uint16_t rays[BUNDLES])
+RTI_APART pencil_bits pencil_near(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles,
+                                  uint16_t rays[BUNDLES])
 {
     const pencil_box box = pencil_box_of(p, n, slot);
     pencil_bits some = 0u;
@@ -263,12 +264,17 @@ RTI_VEC void pencil_next(pencil *p, rtk_u32 mode, pencil_wait *w)
     w->node = NULL;
     if (!n || (w->bundles &= p->bundles) == 0u)
         return;
+    p->met = 0u;
     if (p->one)
         pencil_leaf(p, mode, n, w->slot, w->bundles, 1);
     else
         pencil_leaf(p, mode, n, w->slot, w->bundles, 0);
     if (p->changed != 0u)
         pencil_reach(p, mode);
+    if ((mode & RTK_MODE_ANY) && p->met) {
+        p->blocker = n;
+        p->blocker_slot = w->slot;
+    }
 }
 
 /* The rays of a pencil through its part's tree; returns 0, or 1 when it came apart: then live has those that are not done. */
@@ -280,6 +286,12 @@ RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
     rtk_u32 at = 0u, vectors = pencil_vectors(p->bundles), budget = PENCIL_NODES * count + 8u;
     stack.top = 0u;
     p->changed = 0u;
+    if ((mode & RTK_MODE_ANY) && p->blocker) {
+        wait = (pencil_wait){p->blocker, p->blocker_slot, pencil_enter(p, p->blocker, p->blocker_slot, vectors)};
+        pencil_next(p, mode, &wait);
+        if (p->bundles == 0u)
+            return 0;
+    }
     for (;;) {
         float t[RTK_BVH_WIDTH];
         if (budget-- == 0u)
