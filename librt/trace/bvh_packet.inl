@@ -165,12 +165,33 @@ static void RTK_NAME(planes)(pencil *l, packet *p, rtk_u32 first, rtk_u32 n)
     }
 }
 
-/* Up to PENCIL_RAYS rays of a part, from `first` on: those that pass through one point go as a pencil, what is left as packets.
- */
-static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, rtk_u32 count, int again)
+/* A pencil through all parts; late[k]: rays that are to go another way through part k. Returns whether it went through one. */
+static int RTK_NAME(pencil_parts)(pencil *l, rtk_u32 count, uint16_t late[RTK_PARTS][PENCIL])
 {
+    const rtk_u32 parts = l->scene->groups->part_count;
+    int through = 0;
+    for (rtk_u32 k = 0u; k < parts && l->bundles != 0u; k++) {
+        const int enters = pencil_enter_part(l, k), apart = enters && pencil_walk(l, RTK_MODE, count);
+        if (enters && !apart) {
+            through = 1;
+            continue;
+        }
+        for (rtk_u32 to = k; to < (apart ? parts : k + 1u); to++)
+            for (rtk_u32 i = 0u; i < l->end; i++)
+                late[to][l->block[i]] |= l->live[i];
+        if (apart)
+            break;
+    }
+    return through;
+}
+
+/* Up to PENCIL_RAYS rays, from `first` on: those that pass through one point go as a pencil, what is left as packets. a: streams,
+ * where there is one part. */
+static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, rtk_u32 count)
+{
+    const rtk_group *group = l->scene->groups;
     const rtk_u32 n = rtk_umin(count - first, PENCIL_RAYS);
-    uint16_t want[PENCIL], rest[PENCIL];
+    uint16_t want[PENCIL], rest[PENCIL], late[RTK_PARTS][PENCIL];
     rtk_u32 some, together = 0u;
     l->first = first;
     l->rays = l->batch + first / RTK_BLOCK;
@@ -179,13 +200,12 @@ static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, r
     else
         l->hits = l->all_hits + first / RTK_BLOCK;
     l->next = rtk_umin(count - first - n, PENCIL_RAYS) / RTK_BLOCK;
-    if (!again && l->scene->groups->plane_count != 0u) {
+    if (group->plane_count != 0u)
         RTK_NAME(planes)(l, p, first, n);
-        again = 1;
-    }
     l->count = n;
-    l->again = (rtk_u32)again;
+    l->again = group->plane_count != 0u;
     pencil_load(l, RTK_MODE, want, rest);
+    memset(late, 0, group->part_count * sizeof *late);
     for (;;) {
         some = 0u;
         for (rtk_u32 g = 0u; g < PENCIL; g++)
@@ -193,29 +213,28 @@ static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, r
         if (some == 0u)
             break;
         some = pencil_begin(l, RTK_MODE, want, rest);
-        if (some == 0u)
-            continue;
-        if (pencil_walk(l, RTK_MODE, some))
-            for (rtk_u32 i = 0u; i < l->end; i++)
-                rest[l->block[i]] |= l->live[i];
-        else
+        if (some != 0u && RTK_NAME(pencil_parts)(l, some, late))
             together += some;
     }
     l->scratch->stats.together += together;
     l->lost = together != 0u ? 0u : l->lost + 1u;
-    for (rtk_u32 at = 0u; at < n; at += PACKET) {
-        const rtk_u32 m = rtk_umin(n - at, PACKET);
-        uint64_t left = 0u;
-        for (rtk_u32 g = 0u; g < PACKET / RTK_BLOCK; g++)
-            left |= (uint64_t)rest[at / RTK_BLOCK + g] << g * RTK_BLOCK;
-        if (left == 0u)
-            continue;
-        left &= packet_load(p, l->scene, l->batch, first + at, m, l->scratch);
-        packet_again(p, RTK_MODE, m, l->all_hits, l->all_occluded);
-        RTK_NAME(packet_part)(p, a, l->part, left & ~p->done, 1);
-        RTK_NAME(packet_out)(p, m, l->all_hits, l->all_occluded, 1);
-        if (a)
-            RTK_NAME(stream_flush)(a, PACKET);
+    for (rtk_u32 k = 0u; k < group->part_count; k++) {
+        for (rtk_u32 at = 0u; at < n; at += PACKET) {
+            const rtk_u32 m = rtk_umin(n - at, PACKET);
+            uint64_t left = 0u;
+            for (rtk_u32 g = 0u; g < PACKET / RTK_BLOCK; g++) {
+                const rtk_u32 i = at / RTK_BLOCK + g;
+                left |= (uint64_t)(rest[i] | late[k][i]) << g * RTK_BLOCK;
+            }
+            if (left == 0u)
+                continue;
+            left &= packet_load(p, l->scene, l->batch, first + at, m, l->scratch);
+            packet_again(p, RTK_MODE, m, l->all_hits, l->all_occluded);
+            RTK_NAME(packet_part)(p, a, &group->parts[k], left & ~p->done, 1);
+            RTK_NAME(packet_out)(p, m, l->all_hits, l->all_occluded, 1);
+            if (a)
+                RTK_NAME(stream_flush)(a, PACKET);
+        }
     }
 }
 
@@ -230,19 +249,17 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
     if (a)
         streams_begin(a, scene, rays, hits, occluded, scratch);
     p.mesh.first = p.mesh.count = 0u;
+    rtk_u32 gone = 0u; /* rays that need no more */
     pencil_open_batch(&l, scene, rays, hits, occluded, scratch);
+    l.lost = coherent && pencil_fits(g) ? 0u : PENCIL_LOST;
     for (rtk_u32 k = 0u; k == 0u || k < g->part_count; k++) {
         const rtk_part *part = &g->parts[k];
         streams *on = a && g->part_count != 0u && stream_fits(g, part) ? a : NULL;
         if (on)
             streams_part(a, part, &part->RTK_TREE);
-        rtk_u32 first = 0u;
-        l.part = part;
-        l.blocker = NULL;
-        l.lost = coherent && g->part_count != 0u && pencil_fits(g, part) ? 0u : PENCIL_LOST;
-        for (; first + PENCIL_FEW <= count && l.lost < PENCIL_LOST; first += PENCIL_RAYS)
-            RTK_NAME(pencils)(&l, &p, on, first, count, k != 0u);
-        for (; first < count; first += PACKET) {
+        for (; k == 0u && gone + PENCIL_FEW <= count && l.lost < PENCIL_LOST; gone += rtk_umin(count - gone, PENCIL_RAYS))
+            RTK_NAME(pencils)(&l, &p, g->part_count == 1u ? on : NULL, gone, count);
+        for (rtk_u32 first = gone; first < count; first += PACKET) {
             const rtk_u32 n = rtk_umin(count - first, PACKET);
             packet_expect_rays(rays, first + PACKET, count);
             if (on && !coherent && (k != 0u || g->plane_count == 0u)) {

@@ -11,6 +11,10 @@
  * (Reshetov, Soupikov, Hurley 2005; Dmitriev, Havran, Seidel 2004; Benthin, Wald 2009. What differs: lanes are rectangles of
  * rays; all bounds are proved to keep every hit of the leaf test.)
  *
+ * What is found of a pencil's rays is the same for each part of a group. So it goes through all of them, one after the other; that
+ * its rays are near enough to one point, and to the part, is asked of the rays with the largest part's scale, and of the pencil
+ * with each part's own (pencil_enter_part).
+ *
  * Depth is measured from the apex along that axis, the way that rays run from it, or, where they run to it, against their way:
  * it is positive where rays are looked at. What bounds allow for: u = 2^-24, S = scale of the part, P = greatest coordinate of
  * apex and origins, P <= RTK_FAR S where an origin is concerned.
@@ -88,16 +92,23 @@ typedef struct pencil {
     rtk_u32 away;                   /* rays run from the apex, not to it */
     rtk_u32 one;                    /* all rays start at the apex exactly */
     pencil_bits changed;            /* closest hits: bundles whose reach is to be found anew */
+    float far, size;      /* greatest coordinates of origins, and of the apex */
+    float off, least;     /* greatest distance of a line from the apex; least depth of an origin */
+    float scale;          /* of the largest part */
     const rtk_scene *scene;
-    const rtk_part *part;
+    const rtk_part *part; /* that is walked */
+    rtk_u32 which;        /* its number */
     const rtk_trace_block *batch;
     rtk_hit_block *all_hits;
     uint16_t *all_occluded;
     rti_scratch *scratch;
-    /* Any hit: the leaf of the part where rays were met last (NULL: none yet), which is looked through before all others: what
+    /* Any hit: of each part the leaf where rays were met last (NULL: none yet), which is looked through before all others: what
      * stands in the light for a pencil mostly does for the next one. met: of the leaf that is looked through, some were. */
-    const rtk_bvhnode *blocker;
-    rtk_u32 blocker_slot, met;
+    struct {
+        const rtk_bvhnode *node;
+        rtk_u32 slot;
+    } blocker[RTK_PARTS];
+    rtk_u32 met;
     rtk_u32 lost;  /* so many times one after the other rays were no pencil */
     rtk_u32 first; /* the pencil's first ray, a number in the batch; from it on: */
     const rtk_trace_block *rays;
@@ -130,12 +141,22 @@ RTI_VEC void pencil_open_batch(pencil *p, const rtk_scene *scene, const rtk_trac
     p->all_occluded = occluded;
     p->scratch = scratch;
     p->mesh.first = p->mesh.count = 0u;
+    p->scale = 0.0f;
+    for (rtk_u32 k = 0u; k < scene->groups->part_count; k++) {
+        p->scale = rtk_max(p->scale, scene->groups->parts[k].scale);
+        p->blocker[k].node = NULL;
+    }
 }
 
-/* May a part's rays go in pencils? There they meet triangles alone, of which every hit counts. */
-RTI_VEC int pencil_fits(const rtk_group *g, const rtk_part *part)
+/* May a group's rays go in pencils? There they meet triangles alone, of which every hit counts. */
+RTI_VEC int pencil_fits(const rtk_group *g)
 {
-    return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && part->RTK_TREE.block_count != 0u;
+    if (!(g->flags & RTK_GROUP_PLAIN) || g->shape_count != 0u || g->part_count == 0u)
+        return 0;
+    for (rtk_u32 k = 0u; k < g->part_count; k++)
+        if (g->parts[k].RTK_TREE.block_count == 0u)
+            return 0;
+    return 1;
 }
 
 RTI_VEC rtk_u32 pencil_lanes(rtk_u32 mask, rtk_u32 h)

@@ -185,7 +185,7 @@ RTI_VEC rtk_u32 pencil_look(pencil *p, rtk_u32 mode, rtk_u32 g, rtk_u32 k, rtk_u
     const vec deep = turn * (oz - pz), way = V(abs)(dz), x = turn * sx, y = turn * sy;
     const vec rx = (ox - px) + sx * (pz - oz), ry = (oy - py) + sy * (pz - oz), miss = V(max)(V(abs)(rx), V(abs)(ry));
     const vec begin = p->away ? deep + tmin * way : deep - tmax * way, end = p->away ? deep + tmax * way : deep - tmin * way;
-    const vmask fits = VM(and)(V(le)(miss, V(set)(PENCIL_OFF * p->part->scale)), V(le)(V(set)(-round), begin));
+    const vmask fits = VM(and)(V(le)(miss, V(set)(PENCIL_OFF * p->scale)), V(le)(V(set)(-round), begin));
     *rest = (uint16_t)(*rest | (lanes & ~VM(bits)(fits)) << k);
     lanes &= VM(bits)(fits);
     const vmask in = VM(of)(lanes);
@@ -236,21 +236,41 @@ RTI_VEC void pencil_gather(pencil *p, rtk_u32 mode, int down, float round, penci
     p->unread_end = 0u;
 }
 
+/* Makes ready the walk through a part of a pencil that was begun. false: it may not go there. What is asked here of the pencil was
+ * asked of its rays with the largest part's scale. */
+RTI_APART int pencil_enter_part(pencil *p, rtk_u32 which)
+{
+    const rtk_part *part = &p->scene->groups->parts[which];
+    const float scale = part->scale, margin = p->off + 4.0f * PENCIL_U * (rtk_max(p->far, p->size) + scale);
+    if (!(p->far <= RTK_FAR * scale) || !(scale >= PENCIL_LEAST) || !(scale <= PENCIL_MOST) || !(p->off <= PENCIL_OFF * scale) ||
+        !(p->least >= -(PENCIL_U * (p->size + scale))))
+        return 0;
+    p->part = part;
+    p->which = which;
+    p->edge = margin;
+    for (rtk_u32 i = 0u; i < 3u; i++) {
+        p->low[i] = p->apex[i] - margin;
+        p->high[i] = p->apex[i] + margin;
+    }
+    return 1;
+}
+
 /* Makes ready the walk of those of `want` that are like the first of them, which are taken out; those of them that are no
- * pencil's go to `rest`. Returns how many walk. */
+ * pencil's go to `rest`. Returns how many walk: through each part (pencil_enter_part). */
 RTI_APART rtk_u32 pencil_begin(pencil *p, rtk_u32 mode, uint16_t want[PENCIL], uint16_t rest[PENCIL])
 {
-    const float scale = p->part->scale;
+    const float scale = p->scale;
     const vec inf = V(set)(RTK_INF), zero = V(set)(0.0f);
     pencil_seen s;
     pencil_rects r;
     int down;
     const int apex = pencil_guess(p, mode, want, &down);
-    const float size = rtk_max(rtk_max(rtk_fabs(p->apex[0]), rtk_fabs(p->apex[1])), rtk_fabs(p->apex[2]));
-    pencil_gather(p, mode, down, PENCIL_U * (size + scale), &s, want, rest);
-    const float far = packet_high(s.most), round = PENCIL_U * (rtk_max(far, size) + scale);
-    const float margin = packet_high(s.off) + 4.0f * round;
-    if (!apex || s.count < PENCIL_FEW || !(far <= RTK_FAR * scale) || !(scale >= PENCIL_LEAST) || !(scale <= PENCIL_MOST)) {
+    p->size = rtk_max(rtk_max(rtk_fabs(p->apex[0]), rtk_fabs(p->apex[1])), rtk_fabs(p->apex[2]));
+    pencil_gather(p, mode, down, PENCIL_U * (p->size + scale), &s, want, rest);
+    p->far = packet_high(s.most);
+    p->off = packet_high(s.off);
+    const float margin = p->off + 4.0f * PENCIL_U * (rtk_max(p->far, p->size) + scale);
+    if (!apex || s.count < PENCIL_FEW || !(p->far <= RTK_FAR * scale)) {
         for (rtk_u32 g = 0u; g < PENCIL; g++)
             rest[g] |= p->live[g];
         return 0u;
@@ -258,11 +278,8 @@ RTI_APART rtk_u32 pencil_begin(pencil *p, rtk_u32 mode, uint16_t want[PENCIL], u
     p->one = s.other == 0u;
     p->edge = margin;
     p->end = PENCIL;
-    for (rtk_u32 i = 0u; i < 3u; i++) {
-        p->low[i] = p->apex[i] - margin;
-        p->high[i] = p->apex[i] + margin;
-    }
     pencil_lows(s.from, p->from);
+    p->least = pencil_low(p->from, PENCIL);
     pencil_lows(s.reach, p->reach);
     for (rtk_u32 h = 0u; h < PENCIL; h += RTI_SIMD) {
         const vec begin = V(load)(p->from + h), end = -V(load)(p->reach + h); /* of no rays: infinite, and NaN is made of it */

@@ -272,8 +272,8 @@ RTI_VEC void pencil_next(pencil *p, rtk_u32 mode, pencil_wait *w)
     if (p->changed != 0u)
         pencil_reach(p, mode);
     if ((mode & RTK_MODE_ANY) && p->met) {
-        p->blocker = n;
-        p->blocker_slot = w->slot;
+        p->blocker[p->which].node = n;
+        p->blocker[p->which].slot = w->slot;
     }
 }
 
@@ -286,8 +286,10 @@ RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
     rtk_u32 at = 0u, vectors = pencil_vectors(p->bundles), budget = PENCIL_NODES * count + 8u;
     stack.top = 0u;
     p->changed = 0u;
-    if ((mode & RTK_MODE_ANY) && p->blocker) {
-        wait = (pencil_wait){p->blocker, p->blocker_slot, pencil_enter(p, p->blocker, p->blocker_slot, vectors)};
+    if ((mode & RTK_MODE_ANY) && p->blocker[p->which].node) {
+        const rtk_bvhnode *n = p->blocker[p->which].node;
+        const rtk_u32 slot = p->blocker[p->which].slot;
+        wait = (pencil_wait){n, slot, pencil_enter(p, n, slot, vectors)};
         pencil_next(p, mode, &wait);
         if (p->bundles == 0u)
             return 0;

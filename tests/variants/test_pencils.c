@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "support/generate.h"
@@ -180,8 +181,8 @@ static void compare(const char *what, enum way way, const char *name, uint32_t c
     }
 }
 
-/* least: so much of the rays go as pencils, in a hundred; and so much hits. */
-static void sweep(const test_world *w, uint32_t rounds, const char *what, unsigned least)
+/* Batches of `size` rays and fewer. least: so much of the rays go as pencils, in a hundred; and so much hits. */
+static void sweep(const test_world *w, uint32_t rounds, uint32_t size, const char *what, unsigned least)
 {
     const rti_tracer *judge = rti_tracer_find(test_isa(), "brute");
     uint64_t asked[WAYS] = {0}, together[WAYS] = {0}, hits = 0, all = 0;
@@ -192,14 +193,14 @@ static void sweep(const test_world *w, uint32_t rounds, const char *what, unsign
         const enum way way = (enum way)(round % WAYS);
         rti_scratch plain = {.room = test_room()};
         fill(&t, &rng, way, round / WAYS);
-        judge->intersect(&w->scene, rays, want, BATCH, 0, &plain);
-        judge->occluded(&w->scene, rays, hidden, BATCH, 0, &plain);
-        for (uint32_t i = 0; i < BATCH; i++)
+        judge->intersect(&w->scene, rays, want, size, 0, &plain);
+        judge->occluded(&w->scene, rays, hidden, size, 0, &plain);
+        for (uint32_t i = 0; i < size; i++)
             hits += want[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;
-        all += BATCH;
+        all += size;
         for (uint32_t i = 0; i < rti_tracer_count(); i++) {
             const rti_tracer *tracer = rti_tracer_at(test_isa(), i);
-            const uint32_t count = BATCH - (round % 4) * 85;
+            const uint32_t count = size - (round % 4) * (size / 12);
             rti_scratch scratch = {.room = round % 5 ? test_room() : NULL};
             if (tracer->tree == RTK_TREE_NONE)
                 continue;
@@ -247,7 +248,7 @@ static void with_mesh(test_mesh *m, float scale, float move, const char *what, u
         test_world_mesh(&w, 0, m, 0xffffffffu);
         assert_int_equal(test_world_commit(&w, &(rti_build_settings){.builder = i ? RTI_BUILD_KD_EXACT : RTI_BUILD_KD_BINNED}),
                          RT_OK);
-        sweep(&w, ROUNDS, what, bvh[i] == RTI_BUILD_BVH_COMPACT ? 0 : least); /* no blocks of triangles, no pencils */
+        sweep(&w, ROUNDS, BATCH, what, bvh[i] == RTI_BUILD_BVH_COMPACT ? 0 : least); /* no blocks of triangles, no pencils */
         test_world_free(&w);
     }
     test_mesh_free(m);
@@ -334,27 +335,27 @@ static void test_planes(void **state)
     test_world_plane(&w, 0, (float[3]){0.0f, -0.25f, 0.0f}, (float[3]){0.1f, 1.0f, -0.2f}, 0xffffffffu);
     test_world_plane(&w, 0, m.tris[m.count - 1].v0, (float[3]){0.0f, 1.0f, 0.0f}, 0xffffffffu);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-    sweep(&w, ROUNDS, "planes", 10); /* of any hits many are planes' */
+    sweep(&w, ROUNDS, BATCH, "planes", 10); /* of any hits many are planes' */
     test_world_free(&w);
     test_mesh_free(&m);
     rt_context_destroy(ctx);
 }
 
 /* A soup, and another a hundredth its size, each a part with trees of its own, as a commit cuts geometry of two sizes. */
-static void test_parts(void **state)
+static void with_parts(uint32_t triangles, float size, uint32_t rounds, uint32_t batch, const char *what, unsigned least)
 {
     static const uint32_t builders[3] = {RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE, RTI_BUILD_BVH};
     rt_context *ctx = context();
     test_world w;
     test_mesh m[2] = {{0}};
-    rtk_u32 list[600];
+    rtk_u32 *list = calloc(2 * (size_t)triangles, sizeof *list);
     void *chunks[2][3];
     size_t sizes[2][3];
     uint32_t first = 0;
-    (void)state;
+    assert_non_null(list);
     test_world_init(&w, ctx);
     for (uint32_t i = 0; i < 2; i++) {
-        test_mesh_soup(&m[i], 300, 0.3f, 5 + i);
+        test_mesh_soup(&m[i], triangles, size, 5 + i);
         test_mesh_place(&m[i], i ? 0.01f : 1.0f, 0.0f);
         test_world_mesh(&w, 0, &m[i], 0xffffffffu);
     }
@@ -381,13 +382,27 @@ static void test_parts(void **state)
         part->all.refs = list + first;
         first += m[i].count;
     }
-    sweep(&w, ROUNDS, "two parts", 20);
+    sweep(&w, rounds, batch, what, least);
     for (uint32_t i = 0; i < 6; i++)
         rti_free(ctx, chunks[i / 3][i % 3], sizes[i / 3][i % 3]);
     test_world_free(&w);
     test_mesh_free(&m[0]);
     test_mesh_free(&m[1]);
+    free(list);
     rt_context_destroy(ctx);
+}
+
+static void test_parts(void **state)
+{
+    (void)state;
+    with_parts(300, 0.3f, ROUNDS, BATCH, "two parts", 20);
+}
+
+/* So few rays in so large trees that pencils come apart, within the first part or the second. */
+static void test_apart(void **state)
+{
+    (void)state;
+    with_parts(20000, 0.005f, 8, 48, "two large parts", 0);
 }
 
 int main(void)
@@ -400,6 +415,7 @@ int main(void)
                                        cmocka_unit_test(test_one),
                                        cmocka_unit_test(test_scaled_and_moved),
                                        cmocka_unit_test(test_planes),
-                                       cmocka_unit_test(test_parts)};
+                                       cmocka_unit_test(test_parts),
+                                       cmocka_unit_test(test_apart)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
