@@ -36,13 +36,43 @@ static rtk_vec3 pending(const rti_shadows *q, uint32_t i)
     return rtk_v3(p->r[i % RTK_BLOCK], p->g[i % RTK_BLOCK], p->b[i % RTK_BLOCK]);
 }
 
-static void flush_opaque(rti_worker *w, uint32_t flags)
+#define LOT 16u /* blocks that are judged together, */
+#define BY  4u  /* by every so manieth of them */
+
+/* How many of the first rays are coherent: of those to one light, up to the last lot half of whose blocks run alike. What cameras
+ * see comes first; rays of points that bounces see are faster in streams, though all of them run to one point, too. */
+static uint32_t coherent(const rti_shadows *q)
+{
+    const uint32_t blocks = q->count / RTK_BLOCK;
+    if (q->light == RTI_LIGHT_MIXED)
+        return 0;
+    for (uint32_t end = blocks, first; end > 0; end = first) {
+        uint32_t looked = 0, alike = 0;
+        first = (end - 1) / LOT * LOT;
+        for (uint32_t b = first; b < end; b += BY, looked++)
+            alike += rti_block_alike(&q->trace[b]);
+        if (2 * alike >= looked)
+            return end == blocks ? q->count : end * RTK_BLOCK;
+    }
+    return blocks == 0 ? q->count : 0;
+}
+
+static void ask(rti_worker *w, uint32_t first, uint32_t end, uint32_t flags)
 {
     const rti_frame *f = w->frame;
     rti_shadows *q = &w->shadows;
-    w->scratch.times = f->moving ? q->times : NULL;
-    f->set.tracer->occluded(f->scene, q->trace, q->occluded, q->count, flags, &w->scratch);
-    f->lanes->arrive(w);
+    const uint32_t block = first / RTK_BLOCK;
+    w->scratch.times = f->moving ? q->times + first : NULL;
+    if (first < end)
+        f->set.tracer->occluded(f->scene, q->trace + block, q->occluded + block, end - first, flags, &w->scratch);
+}
+
+static void flush_opaque(rti_worker *w)
+{
+    const uint32_t alike = coherent(&w->shadows);
+    ask(w, 0, alike, RTI_TRACE_COHERENT);
+    ask(w, alike, w->shadows.count, 0);
+    w->frame->lanes->arrive(w);
 }
 
 /* What is left of c behind the hit; zero when the surface lets nothing through. */
@@ -130,14 +160,13 @@ void rti_shadow_flush(rti_worker *worker)
 {
     const rti_frame *f = worker->frame;
     rti_shadows *q = &worker->shadows;
-    uint32_t flags = q->light != RTI_LIGHT_MIXED ? RTI_TRACE_COHERENT : 0;
     bool ao = f->set.integrator->flags & RTI_INTEGRATOR_AO; /* asks for bodies, not for light: nothing is seen through */
     if (q->count > 0 && !rti_cancelled(f->cancel)) {
         worker->counts.rays[ao ? RTK_KIND_AO : RTK_KIND_SHADOW] += q->count;
         if (f->scene->flags & RTK_SCENE_TRANSPARENT && !f->set.desc.opaque_shadows && !ao)
-            flush_tinted(worker, flags);
+            flush_tinted(worker, coherent(q) == q->count ? RTI_TRACE_COHERENT : 0);
         else
-            flush_opaque(worker, flags);
+            flush_opaque(worker);
     }
     q->count = 0;
     q->light = RTK_INVALID;

@@ -225,19 +225,23 @@ static void trace(rti_worker *w, uint32_t first, uint32_t count, uint32_t flags)
                              &w->scratch);
 }
 
-/* Are three of four blocks made of rays within about 25 degrees of each other? So are those of flat mirrors and panes, and
- * packets pay. */
+bool rti_block_alike(const rtk_trace_block *t)
+{
+    const float x = t->dx[0], y = t->dy[0], z = t->dz[0], least = 0.81f * (x * x + y * y + z * z);
+    uint32_t apart = 0;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const float dx = t->dx[k], dy = t->dy[k], dz = t->dz[k], along = dx * x + dy * y + dz * z;
+        apart |= (uint32_t) !(along > 0.0f) | (uint32_t) !(along * along > least * (dx * dx + dy * dy + dz * dz));
+    }
+    return apart == 0;
+}
+
+/* Are three of four blocks alike? So are those of flat mirrors and panes, and packets pay. */
 static bool coherent(const rtk_trace_block *trace, uint32_t blocks)
 {
     uint32_t alike = 0;
-    for (uint32_t b = 0; b < blocks; b++) {
-        const rtk_trace_block *t = &trace[b];
-        const float x = t->dx[0], y = t->dy[0], z = t->dz[0];
-        uint32_t apart = 0;
-        for (uint32_t k = 0; k < RTK_BLOCK; k++)
-            apart |= (uint32_t) !(t->dx[k] * x + t->dy[k] * y + t->dz[k] * z > 0.9f);
-        alike += apart == 0;
-    }
+    for (uint32_t b = 0; b < blocks; b++)
+        alike += rti_block_alike(&trace[b]);
     return blocks > 0 && 4 * alike >= 3 * blocks;
 }
 

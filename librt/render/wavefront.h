@@ -130,6 +130,8 @@ void rti_worker_init(rti_worker *worker, const rti_frame *frame, void *memory);
 void rti_worker_begin(rti_worker *worker);
 /* One batch. false: nothing is left to do, or the job was cancelled. */
 bool rti_worker_step(rti_worker *worker);
+/* Are a block's rays within about 25 degrees of the first? */
+bool rti_block_alike(const rtk_trace_block *trace);
 
 /* ---- for integrators ---- */
 
