@@ -7,6 +7,7 @@
 
 #define BATCH_MAX   2048u
 #define SHADOW_MAX  2048u
+#define SCATTERED   16384u  /* of both, where rays have little in common: their streams are the better the more there are */
 #define STEP_RAYS   131072u /* shadow rays a step may cast: about 20 ms of work, so that a job can be polled and cancelled */
 #define SLOT_PIXELS 131072u /* pixels of film a worker keeps for tiles in work, unless one tile is larger */
 #define SLOT_MAX    256u
@@ -109,6 +110,15 @@ static void choose_tiles(rti_frame *f)
         f->slot_count = f->tile_count;
 }
 
+/* Rays that scatter share more the more they are, but each worker is to have some batches. */
+static uint32_t batch_of(const rti_frame *f, double cameras)
+{
+    const double share = cameras / (4.0 * f->set.desc.workers);
+    if (!(f->set.integrator->flags & RTI_INTEGRATOR_SCATTERS) || !(share > BATCH_MAX))
+        return BATCH_MAX;
+    return share < SCATTERED ? (uint32_t)share / RTK_BLOCK * RTK_BLOCK : SCATTERED;
+}
+
 rt_status rti_frame_plan(rt_context *ctx, const char *what, rti_frame *frame, const rtk_scene *scene)
 {
     double per_hit, cameras;
@@ -119,15 +129,15 @@ rt_status rti_frame_plan(rt_context *ctx, const char *what, rti_frame *frame, co
     frame->lens = rtk_lens_make(&scene->world->camera, frame->set.desc.width, frame->set.desc.height);
     frame->lens_varies = frame->lens.radius > 0.0f || scene->world->camera.flags & RTK_CAMERA_MOVING;
     frame->moving = scene->flags & RTK_SCENE_MOVING;
-    frame->batch = BATCH_MAX;
+    cameras = (double)frame->set.desc.crop.width * frame->set.desc.crop.height * frame->set.samples;
+    frame->batch = batch_of(frame, cameras);
     if (per_hit * BATCH_MAX > STEP_RAYS)
         frame->batch = (uint32_t)(STEP_RAYS / per_hit) / RTK_BLOCK * RTK_BLOCK;
-    cameras = (double)frame->set.desc.crop.width * frame->set.desc.crop.height * frame->set.samples;
     if (cameras < frame->batch) /* a small picture takes little memory: clearing pages may cost more than its rays */
         frame->batch = ((uint32_t)cameras + RTK_BLOCK - 1) / RTK_BLOCK * RTK_BLOCK;
     if (frame->batch < RTK_BLOCK)
         frame->batch = RTK_BLOCK;
-    frame->shadow_rays = SHADOW_MAX;
+    frame->shadow_rays = frame->set.integrator->flags & RTI_INTEGRATOR_SCATTERS ? SCATTERED : SHADOW_MAX;
     frame->stack_rays = (frame->batch + RTK_BLOCK) *
                         (frame->set.integrator->branching < 2 ? frame->set.integrator->branching : frame->set.desc.max_depth + 1);
     choose_tiles(frame);

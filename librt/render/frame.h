@@ -19,6 +19,7 @@ typedef struct rti_lanes rti_lanes;
 #define RTI_INTEGRATOR_STEPS   2u /* wants the tracer's steps */
 #define RTI_INTEGRATOR_RAW     4u /* shows values, not light: one sample, and the film keeps the floats as they are */
 #define RTI_INTEGRATOR_AO      8u
+#define RTI_INTEGRATOR_SCATTERS 16u /* most rays are of bounces that have little in common */
 typedef struct rti_integrator {
     const char *name, *help;
     uint32_t flags;
