@@ -95,6 +95,7 @@ typedef struct pencil {
     float far, size;      /* greatest coordinates of origins, and of the apex */
     float off, least;     /* greatest distance of a line from the apex; least depth of an origin */
     float scale;          /* of the largest part */
+    float margin;         /* `edge` with it: of depths, which one part finds and the next one keeps to */
     const rtk_scene *scene;
     const rtk_part *part; /* that is walked */
     rtk_u32 which;        /* its number */

@@ -40,7 +40,7 @@ RTI_APART float pencil_end(const pencil *p, rtk_u32 mode, rtk_u32 i)
         m = V(max)(m, V(select)(VM(of)(pencil_lanes(p->live[i], h)), end, m));
     }
     const float end = packet_high(m);
-    return end + (PENCIL_U * rtk_fabs(end) + p->edge);
+    return end + (PENCIL_U * rtk_fabs(end) + p->margin);
 }
 
 /* Bundles' rectangles while they are made: low and high slopes, times turn. */
@@ -276,7 +276,7 @@ RTI_APART rtk_u32 pencil_begin(pencil *p, rtk_u32 mode, uint16_t want[PENCIL], u
         return 0u;
     }
     p->one = s.other == 0u;
-    p->edge = margin;
+    p->margin = margin;
     p->end = PENCIL;
     pencil_lows(s.from, p->from);
     p->least = pencil_low(p->from, PENCIL);
