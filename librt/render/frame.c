@@ -110,11 +110,16 @@ static void choose_tiles(rti_frame *f)
         f->slot_count = f->tile_count;
 }
 
+static bool scatters(const rti_frame *f)
+{
+    return f->set.integrator->flags & RTI_INTEGRATOR_SCATTERS && !f->thrifty;
+}
+
 /* Rays that scatter share more the more they are, but each worker is to have some batches. */
 static uint32_t batch_of(const rti_frame *f, double cameras)
 {
     const double share = cameras / (4.0 * f->set.desc.workers);
-    if (!(f->set.integrator->flags & RTI_INTEGRATOR_SCATTERS) || !(share > BATCH_MAX))
+    if (!scatters(f) || !(share > BATCH_MAX))
         return BATCH_MAX;
     return share < SCATTERED ? (uint32_t)share / RTK_BLOCK * RTK_BLOCK : SCATTERED;
 }
@@ -137,7 +142,7 @@ rt_status rti_frame_plan(rt_context *ctx, const char *what, rti_frame *frame, co
         frame->batch = ((uint32_t)cameras + RTK_BLOCK - 1) / RTK_BLOCK * RTK_BLOCK;
     if (frame->batch < RTK_BLOCK)
         frame->batch = RTK_BLOCK;
-    frame->shadow_rays = frame->set.integrator->flags & RTI_INTEGRATOR_SCATTERS ? SCATTERED : SHADOW_MAX;
+    frame->shadow_rays = scatters(frame) ? SCATTERED : SHADOW_MAX;
     frame->stack_rays = (frame->batch + RTK_BLOCK) *
                         (frame->set.integrator->branching < 2 ? frame->set.integrator->branching : frame->set.desc.max_depth + 1);
     choose_tiles(frame);

@@ -29,6 +29,14 @@ static rt_status check_memory(rt_context *ctx, const char *what, const rti_frame
     return rti_image_check_room(ctx, what, d->crop.width, d->crop.height, bytes);
 }
 
+static bool within_limits(rt_context *ctx, const rti_frame *frame, uint64_t bytes)
+{
+    const uint64_t limit = rti_context_memory_limit(ctx), own = frame->set.desc.memory_limit;
+    uint64_t now;
+    rt_context_memory(ctx, &now, NULL);
+    return (limit == 0 || (now <= limit && bytes <= limit - now)) && (own == 0 || bytes <= own);
+}
+
 /* Geometries of the scene that are bodies of spherical lights. */
 static bool has_bodies(const rtk_scene *scene)
 {
@@ -118,10 +126,13 @@ static rt_status plan(rt_job *job, const char *what, const rt_render_desc *desc,
         return status;
     f->cancel = &job->cancel;
     f->ao_distance = f->set.desc.ao_distance > 0.0f ? f->set.desc.ao_distance : default_ao_distance(job->snapshot);
-    status = rti_frame_plan(job->ctx, what, f, scene);
-    if (status != RT_OK)
-        return status;
-    job->memory = memory_of(f, geoms);
+    do {
+        f->thrifty = job->memory != 0; /* and does not fit */
+        status = rti_frame_plan(job->ctx, what, f, scene);
+        if (status != RT_OK)
+            return status;
+        job->memory = memory_of(f, geoms);
+    } while (!f->thrifty && !within_limits(job->ctx, f, job->memory));
     f->set.desc.checkpoint = NULL; /* the caller's string is not kept */
     job->mode = (f->set.desc.workers == 1 && !f->set.desc.background) || rti_context_has_tasks(job->ctx) ? RTI_JOB_DRIVEN
                                                                                                          : RTI_JOB_THREADS;

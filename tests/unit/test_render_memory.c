@@ -82,6 +82,26 @@ static void test_memory_estimate(void **state)
     rt_image_destroy(render(scene, &d));
 }
 
+/* Rays that scatter go in long queues, and where memory is limited in short ones: the picture is the same. */
+static void test_short_queues(void **state)
+{
+    rt_render_desc d = settings(300, 200, 1, "path");
+    uint64_t most = rt_render_memory(scene, &d), least;
+    rt_image *a = render(scene, &d), *b;
+    (void)state;
+    d.memory_limit = most - 1;
+    least = rt_render_memory(scene, &d);
+    assert_true(least + (1 << 20) < most);
+    b = render(scene, &d);
+    assert_memory_equal(rt_image_pixels(a), rt_image_pixels(b), 300 * 200 * 4 * sizeof(float));
+    rt_image_destroy(a);
+    rt_image_destroy(b);
+    d.memory_limit = least;
+    rt_image_destroy(render(scene, &d));
+    d.memory_limit = least - 1;
+    assert_int_equal(rt_render(scene, &d, &a), RT_ERROR_MEMORY_LIMIT);
+}
+
 /* ---- bands ---- */
 
 typedef struct progress {
@@ -213,7 +233,8 @@ static void test_bands_beyond_the_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        IN_ROOM(test_each_allocation_fails),  IN_ROOM(test_memory_estimate),         IN_ROOM(test_bands),
+        IN_ROOM(test_each_allocation_fails),  IN_ROOM(test_memory_estimate),
+        IN_ROOM(test_short_queues),           IN_ROOM(test_bands),
         IN_ROOM(test_progress_within_a_tile), IN_ROOM(test_bands_beyond_the_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
