@@ -135,14 +135,17 @@ void rti_light_one(rti_worker *worker)
 {
     const rti_frame *f = worker->frame;
     const rtk_scene *scene = f->scene;
+    const bool several = scene->light_count > 1; /* what is not asked of random numbers is not made */
     for (uint32_t i = 0; i < worker->lit_count && scene->light_count > 0 && !rti_cancelled(f->cancel); i++) {
         lit l = lit_at(worker, i);
         rti_ray_state state = rti_batch_state(worker, worker->lit_ray[i]);
-        uint32_t seed = rti_vertex_seed(f, &state);
-        uint32_t index =
-            rtk_light_choose(scene->lights, scene->light_count, rtk_random(seed, state.sample, RTK_DIM_LIGHT_CHOICE));
+        uint32_t seed = several || scene->lights->type == RTK_LIGHT_SPHERE ? rti_vertex_seed(f, &state) : 0, index = 0;
+        rtk_uv u = {0.0f, 0.0f};
+        if (several)
+            index = rtk_light_choose(scene->lights, scene->light_count, rtk_random(seed, state.sample, RTK_DIM_LIGHT_CHOICE));
         const rtk_light *light = &scene->lights[index];
-        rtk_uv u = rtk_random2(seed, state.sample, RTK_DIM_LIGHT_U);
+        if (light->type == RTK_LIGHT_SPHERE)
+            u = rtk_random2(seed, state.sample, RTK_DIM_LIGHT_U);
         rtk_light_sample toward = rtk_light_toward(light, l.p, u.x, u.y);
         float weight = asking_weight(light, &toward, rtk_dot3(l.n, toward.dir), lit_row(worker, RTI_LIT_DIFFUSE_PDF, i));
         if (light->select_pdf > 0.0f)

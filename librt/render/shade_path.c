@@ -53,13 +53,14 @@ static float meeting_weight(const rti_frame *f, rtk_hit hit, rtk_vec3 org, float
     return pdf / (pdf + l->select_pdf * rtk_light_pdf(l, org));
 }
 
-/* The chosen lobe's ray. u.x picks the lobe; keep: what of the throughput goes on once the choice is made up for. */
-static void go_on(rti_worker *w, const rti_point *p, const lobes *l, float pick, float survive)
+/* The chosen lobe's ray. seed, place: of the vertex' random numbers; pick: which lobe; survive: the probability of going on,
+ * which is made up for. */
+static void go_on(rti_worker *w, const rti_point *p, const lobes *l, uint32_t seed, uint32_t place, float pick, float survive)
 {
     rtk_vec3 tp = rtk_scale(p->state.tp, 1.0f / survive), dir;
     float at = pick * l->total;
     if (at < l->diffuse_share) {
-        rtk_uv u = rtk_random2(rti_vertex_seed(w->frame, &p->state), p->state.sample, RTK_DIM_BSDF_U);
+        rtk_uv u = rtk_random2_at(seed, place, RTK_DIM_BSDF_U);
         float probability = l->diffuse_share / l->total, cosine;
         rti_ray_state child;
         dir = rtk_cosine_direction(p->s.ns, u);
@@ -90,11 +91,12 @@ static void shade_classic(rti_worker *w, uint32_t i, const rti_point *p)
                 m->shininess, ends ? 0.0f : l.diffuse_share / l.total);
     if (ends)
         return;
-    u = rtk_random2(rti_vertex_seed(f, &p->state), p->state.sample, RTK_DIM_LOBE);
+    const uint32_t seed = rti_vertex_seed(f, &p->state), place = rtk_shuffled(seed, p->state.sample, RTK_DIM_LOBE);
+    u = rtk_random2_at(seed, place, RTK_DIM_LOBE); /* of one group with RTK_DIM_BSDF_U */
     if (p->state.depth + 1 >= f->set.roulette_from)
         survive = rtk_clamp(rtk_maxabs(p->state.tp) * l.total, 0.05f, SURVIVE_MAX);
     if (u.y < survive)
-        go_on(w, p, &l, u.x, survive);
+        go_on(w, p, &l, seed, place, u.x, survive);
 }
 
 static void shade(rti_worker *w, rti_sheaf *c)
