@@ -86,17 +86,20 @@ static void shade_classic(rti_worker *w, uint32_t i, const rti_point *p)
     lobes l = lobes_at(p);
     bool ends = p->state.depth >= f->set.desc.max_depth || !(l.total > 0.0f);
     float survive = 1.0f;
-    rtk_uv u;
+    float pick = 0.0f;
     rti_lit_add(w, i, &p->s, rtk_neg(p->ray.dir), rtk_mul(p->state.tp, l.diffuse), rtk_scale(p->state.tp, m->specular),
                 m->shininess, ends ? 0.0f : l.diffuse_share / l.total);
     if (ends)
         return;
     const uint32_t seed = rti_vertex_seed(f, &p->state), place = rtk_shuffled(seed, p->state.sample, RTK_DIM_LOBE);
-    u = rtk_random2_at(seed, place, RTK_DIM_LOBE); /* of one group with RTK_DIM_BSDF_U */
-    if (p->state.depth + 1 >= f->set.roulette_from)
+    if (p->state.depth + 1 >= f->set.roulette_from) { /* numbers of one group with RTK_DIM_BSDF_U */
         survive = rtk_clamp(rtk_maxabs(p->state.tp) * l.total, 0.05f, SURVIVE_MAX);
-    if (u.y < survive)
-        go_on(w, p, &l, seed, place, u.x, survive);
+        if (!(rtk_unit_float(rtk_scrambled(seed, place, RTK_DIM_ROULETTE)) < survive))
+            return;
+    }
+    if (l.diffuse_share < l.total)
+        pick = rtk_unit_float(rtk_scrambled(seed, place, RTK_DIM_LOBE));
+    go_on(w, p, &l, seed, place, pick, survive);
 }
 
 static void shade(rti_worker *w, rti_sheaf *c)
