@@ -11,7 +11,9 @@
 
 #include <stdint.h>
 
-#if !defined(__x86_64__) && !defined(__i386__) && !defined(__aarch64__)
+#if defined(__x86_64__) || defined(__i386__)
+#include <xmmintrin.h>
+#elif !defined(__aarch64__)
 #include <fenv.h>
 #endif
 
@@ -28,11 +30,10 @@ typedef struct rti_fpenv {
 #define RTI_MXCSR_KEPT 0xffc0u /* the flags below tell what happened */
 static inline rti_fpenv rti_fp_enter(void)
 {
-    const uint32_t standard = RTI_MXCSR;
     rti_fpenv env;
-    __asm__ volatile("stmxcsr %0" : "=m"(env.saved));
+    env.saved = _mm_getcsr();
     if ((env.saved & RTI_MXCSR_KEPT) != RTI_MXCSR)
-        __asm__ volatile("ldmxcsr %0" : : "m"(standard));
+        _mm_setcsr(RTI_MXCSR);
     RTI_FP_HOLD_MEMORY;
     return env;
 }
@@ -40,7 +41,7 @@ static inline void rti_fp_leave(rti_fpenv env)
 {
     RTI_FP_HOLD_MEMORY;
     if ((env.saved & RTI_MXCSR_KEPT) != RTI_MXCSR)
-        __asm__ volatile("ldmxcsr %0" : : "m"(env.saved));
+        _mm_setcsr(env.saved);
 }
 #elif defined(__aarch64__)
 static inline rti_fpenv rti_fp_enter(void)

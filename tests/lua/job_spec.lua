@@ -77,6 +77,9 @@ describe("a job", function()
       until stats.tiles_done == stats.tiles
     end
     assert.equal(0, here:stats().tiles_done)
+    for _, job in ipairs(away) do -- all tiles are done a moment before the job is
+      assert.equal("done", (job:wait()))
+    end
     assert.equal("done", (here:wait()))
     assert.equal(here:image():hash(), away[1]:image():hash())
     assert.equal(here:image():hash(), away[2]:image():hash())
