@@ -15,10 +15,10 @@ typedef struct rti_lanes rti_lanes;
 
 /* An integrator is one file and one row of integrate.def. shade gets the hits of batch rays [first, first + count), first a
  * multiple of RTK_BLOCK, in the order of their depth, and must push new rays in the order of their parents (wavefront.h). */
-#define RTI_INTEGRATOR_SHADOWS 1u /* casts shadow rays to the scene's lights */
-#define RTI_INTEGRATOR_STEPS   2u /* wants the tracer's steps */
-#define RTI_INTEGRATOR_RAW     4u /* shows values, not light: one sample, and the film keeps the floats as they are */
-#define RTI_INTEGRATOR_AO      8u
+#define RTI_INTEGRATOR_SHADOWS  1u /* casts shadow rays to the scene's lights */
+#define RTI_INTEGRATOR_STEPS    2u /* wants the tracer's steps */
+#define RTI_INTEGRATOR_RAW      4u /* shows values, not light: one sample, and the film keeps the floats as they are */
+#define RTI_INTEGRATOR_AO       8u
 #define RTI_INTEGRATOR_SCATTERS 16u /* most rays are of bounces that have little in common */
 typedef struct rti_integrator {
     const char *name, *help;

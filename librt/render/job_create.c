@@ -29,6 +29,7 @@ static rt_status check_memory(rt_context *ctx, const char *what, const rti_frame
     return rti_image_check_room(ctx, what, d->crop.width, d->crop.height, bytes);
 }
 
+/* Would it be taken as it is? */
 static bool within_limits(rt_context *ctx, const rti_frame *frame, uint64_t bytes)
 {
     const uint64_t limit = rti_context_memory_limit(ctx), own = frame->set.desc.memory_limit;

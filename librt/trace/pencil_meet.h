@@ -57,7 +57,7 @@ RTI_APART rtk_u32 pencil_see(const pencil *p, const rtk_bvhblock *b, pencil_four
     return rti_m4_bits(keep);
 }
 
-/* The bundles of which some ray may hit triangle j. */
+/* The bundles of which some ray may hit triangle j. vectors: those that may, as pencil_vectors has them. */
 RTI_APART pencil_bits pencil_meet(const pencil *p, const pencil_four *f, rtk_u32 j, rtk_u32 vectors)
 {
     pencil_bits bundles = 0u;

@@ -4,9 +4,9 @@
 
 #include "pencil_meet.h"
 
-#define PENCIL_NODES   8u /* nodes a ray that a pencil may open before it has come apart */
-#define PENCIL_BUNDLED 8u /* bundles at a leaf up to which their rays are told from one another at once */
-#define PENCIL_PAIRS   2u /* pairs of a bundle and a triangle, for each bundle, above which rays are told from one another */
+#define PENCIL_NODES   8u            /* nodes a ray that a pencil may open before it has come apart */
+#define PENCIL_BUNDLED (PENCIL / 4u) /* bundles at a leaf up to which their rays are told from one another at once */
+#define PENCIL_PAIRS   2u            /* pairs of a bundle and a triangle, for each bundle, above which rays are told from one another */
 /* PENCIL_LONE: rays at a leaf for which its triangles are not looked at before. PENCIL_PRICE: what FOUR_RAYS rays by four
  * triangles cost, in pairs of a bundle and a triangle. */
 #if defined RTI_PACK8
@@ -210,11 +210,12 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
     for (rtk_u32 at = begin / 4u * 4u; at < end && (a.bundles &= p->bundles) != 0u; at += 4u) {
         const rtk_bvhblock *b = &tree->blocks[at / 4u];
         pencil_four f;
+        const rtk_u32 vectors = pencil_vectors(a.bundles);
         pencil_bits some[RTK_BVH_BLOCK];
         rtk_u32 keep = pencil_see(p, b, &f) & pencil_places(at, begin, end), pairs = 0u;
         for (rtk_u32 l = keep; l != 0u; l &= l - 1u) {
             const rtk_u32 j = (rtk_u32)__builtin_ctz(l);
-            some[j] = a.bundles & pencil_meet(p, &f, j, pencil_vectors(a.bundles));
+            some[j] = a.bundles & pencil_meet(p, &f, j, vectors);
             pairs += PENCIL_COUNT(some[j]);
         }
         if (pairs > PENCIL_PAIRS * PENCIL_COUNT(a.bundles)) {
