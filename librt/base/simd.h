@@ -36,11 +36,14 @@
  *                             first; bits is not 0. Of negative ones, any
  *   rti_u8_take(p, a, lanes)  a[lanes[0]] to a[lanes[7]] to p; those of other lanes than 0 to 7: anything in a
  *   rti_fN_records(p, at, a)  a[k] has p[8 at[i] + k] in lane i, for k below 8; at: N of sixteen bits
- *   rti_fN_spread(a, to)      to[i][k] is lane i of a[k], for k below 8; in their order, so a later one may be in the same place
+ *   rti_fN_spread(a, p, at)   p[at[i] + k] is lane i of a[k], for k below 8; where places are the same, of one of the lanes
  *   rti_fN_column(p, n, at)   p[n at[i]] in lane i; at: N of sixteen bits
- *   rti_fN_fours(a, b, c, d, p)
- *                             p[i] has lane i of a, b, c and d
- *   rti_iN_rows(p, at)        a row of three for each lane: p[at[i]], which is 0, 1 or 2; at: N of sixteen bits
+ *   rti_fN_fours(a, b, c, d, p, at)
+ *                             from p[at[i]] on lane i of a, b, c and d; rti_fN_twos(a, b, p, at) of a and b; likewise
+ *   rti_iN_places(key, bits, n)
+ *                             in the chosen lanes n[key[i]], keys below 8, and how many chosen lanes before lane i have that key, in
+ *                             others anything; then n[8] goes on by the chosen lanes. rti_iN_load(p)  _store(p, a)
+ *   rti_iN_rows(p, n, at)     a row of three for each lane: p[n at[i]], which is 0, 1 or 2; at: N of sixteen bits
  *   rti_iN_next(rows)         the rows behind those, the first behind the last
  *   rti_u16_put(p, a, bits)   of a[0] to a[15] those chosen by bits, side by side; returns how many. All sixteen places behind p are
  *                             written, those behind a read
@@ -64,6 +67,10 @@
  *   rti_f16_low(a)            the least lane of a, none of which is NaN
  *   rti_f16_lows(a)           of each of a[0] to a[15] the least lane; rti_f16_lows8(a), an rti_f8, of a[0] to a[7]
  *   rti_f16_twelve(p)         p[0] to p[11]; rti_f16_nine(p) p[0] to p[8]
+ *   rti_f16_fourths(p)        p[4 i] in lane i
+ *   rti_f16_corners(v0, v1, v2, z, p)
+ *                             to p[0] on v0[4 k], v0[4 l], v0[4 z], and so of v1 and v2; k, l, z: 1 2 0, 2 0 1 or 0 1 2; all sixteen
+ *                             places are written, up to v[8] are read
  *   rti_f16_take(a, lanes)    those lanes of a, for
  *   rti_i16_row(a)            of each number in a, 0, 1 or 2, that row of three rows of four lanes, for
  *   rti_i16_rows, _next       as above: the rows' first lanes

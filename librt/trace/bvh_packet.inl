@@ -37,7 +37,7 @@ static void RTK_NAME(stream_single)(streams *a, stream *s, rtk_u32 l)
         return;
     if (!(RTK_MODE & RTK_MODE_ANY))
         stream_settle(a, s, l);
-    RTK_NAME(stream_alone)(a, s->number[l]);
+    RTK_NAME(stream_alone)(a, stream_number(s, RTK_MODE, l));
     stream_ends(s, l, -RTK_INF);
     s->hit[l].t = -RTK_INF; /* nothing is nearer */
 }
@@ -47,6 +47,8 @@ static void RTK_NAME(stream_run)(streams *a, rtk_u32 first, rtk_u32 last)
 {
     rtk_u32 live = 0u, which[8];
     for (rtk_u32 i = first; i <= last; i++) {
+        a->of[i].n = a->next[i];
+        a->next[i] = 0u;
         stream_start(a, &a->of[i], RTK_MODE);
         if (a->of[i].n != 0u)
             which[live++] = i;
@@ -62,11 +64,8 @@ static void RTK_NAME(stream_run)(streams *a, rtk_u32 first, rtk_u32 last)
                 which[i--] = which[--live];
         }
     }
-    for (rtk_u32 i = first; i <= last; i++) {
-        if (!(RTK_MODE & RTK_MODE_ANY))
-            stream_end(a, &a->of[i]);
-        a->of[i].n = 0u;
-    }
+    for (rtk_u32 i = first; i <= last && !(RTK_MODE & RTK_MODE_ANY); i++)
+        stream_end(a, &a->of[i]);
 }
 
 /* Runs the streams that have no room for so many more rays; of a large tree all of them together. */
@@ -74,8 +73,8 @@ static void RTK_NAME(stream_flush)(streams *a, rtk_u32 room)
 {
     rtk_u32 most = 0u;
     for (rtk_u32 i = 0u; i < 8u; i++) {
-        most = rtk_umax(most, a->of[i].n);
-        if (!a->turns && a->of[i].n + room > STREAM)
+        most = rtk_umax(most, a->next[i]);
+        if (!a->turns && a->next[i] + room > STREAM)
             RTK_NAME(stream_run)(a, i, i);
     }
     if (a->turns && most + room > STREAM)
@@ -150,9 +149,13 @@ RTI_VEC void RTK_NAME(packet_out)(const packet *p, rtk_u32 n, rtk_hit_block *hit
 /* Rays [first, first + n) into streams, without more ado. */
 static void RTK_NAME(stream_all)(streams *a, rtk_u32 first, rtk_u32 n, int again)
 {
-    for (rtk_u32 at = 0u; at < n; at += RTI_SIMD)
+    const rtk_u32 part = (rtk_u32)(a->part - a->scene->groups->parts);
+    for (rtk_u32 at = 0u; at < n; at += RTI_SIMD) {
+        if (again && first + at < a->told && !(a->enters[(first + at) / RTI_SIMD] >> part & 1u))
+            continue;
         for (rtk_u32 left = stream_load(a, RTK_MODE, first + at, n - at, again); left != 0u; left &= left - 1u)
             RTK_NAME(stream_alone)(a, first + at + (rtk_u32)__builtin_ctz(left));
+    }
 }
 
 /* The scene's planes for rays [first, first + n), as packets, before anything else is asked. */

@@ -34,6 +34,7 @@
 #define STREAM_LIST   (16u * STREAM - 64u)   /* numbers in all lists; rays for which there is no room go by themselves */
 #define STREAM_NARROW (STREAM + STREAM / 4u) /* as many where a scratch is narrow: dense ones go a level or two */
 #define STREAM_SLOTS  (STREAM / 16u + 32u)   /* sixteens of a list's rays; what is read and written by vectors goes beyond */
+#define STREAM_TOLD   16384u                 /* rays of a batch of which is told which parts they may enter */
 #define STREAM_STACK  (RTK_BVH_STACK + RTK_BVH_WIDTH)
 
 /* A ray against boxes; t1 is where its best hit is, when that is nearer than where it leaves the part. */
@@ -56,12 +57,17 @@ typedef struct stream_hit {
     rtk_u32 late;
 } stream_hit;
 
+/* Who a ray is, in words: its dominant axis, its number in the batch, and of closest hits its direction along the other two axes.
+ */
+#define STREAM_WHO(mode) ((mode)&RTK_MODE_ANY ? 2u : 4u)
+
+#define STREAM_PLACES (STREAM + 8u) /* what lanes without a ray write stands behind the rays */
+
 typedef struct stream {
-    _Alignas(64) stream_ray ray[STREAM];
-    stream_tri tri[STREAM];
-    stream_hit hit[STREAM];
-    rtk_u32 number[STREAM]; /* in the batch */
-    float kind[STREAM];     /* dominant axis */
+    _Alignas(64) stream_ray ray[STREAM_PLACES];
+    stream_tri tri[STREAM_PLACES];
+    stream_hit hit[STREAM_PLACES];
+    float who[4u * STREAM_PLACES]; /* STREAM_WHO each */
     uint16_t list[STREAM_LIST + 32u];
 #ifdef RTI_PACK
     float wide[STREAM / 16u][8][16]; /* fields of ray[], sixteen rays side by side */
@@ -77,7 +83,8 @@ typedef struct stream {
 } stream;
 
 typedef struct streams {
-    stream of[8]; /* an octant's each */
+    stream of[8];    /* an octant's each */
+    rtk_u32 next[8]; /* rays in them that are not on their way yet */
     uint16_t now[STREAM + 32u];
     uint8_t bits[STREAM + 16u];                  /* of a node's rays */
     uint16_t slots[RTK_BVH_WIDTH][STREAM_SLOTS]; /* which enter a slot, sixteen by sixteen */
@@ -88,8 +95,10 @@ typedef struct streams {
     rti_scratch *scratch;
     const rtk_part *part;
     rtk_tree tree;
-    rtk_u32 most;  /* numbers in all lists of a stream */
-    rtk_u32 turns; /* all octants' streams go by turns */
+    uint8_t enters[STREAM_TOLD / RTI_SIMD]; /* which parts behind the first each RTI_SIMD rays may enter, of the batch's first */
+    rtk_u32 told;                           /* of how many */
+    rtk_u32 most;                           /* numbers in all lists of a stream */
+    rtk_u32 turns;                          /* all octants' streams go by turns */
 } streams;
 
 _Static_assert(sizeof(streams) <= RTI_TRACE_ROOM, "streams fit into a room");
@@ -105,8 +114,8 @@ RTI_VEC void streams_begin(streams *a, const rtk_scene *scene, const rtk_trace_b
     a->occluded = occluded;
     a->scratch = scratch;
     a->most = scratch->narrow ? STREAM_NARROW : STREAM_LIST;
-    for (rtk_u32 i = 0u; i < 8u; i++)
-        a->of[i].n = 0u;
+    memset(a->next, 0, sizeof a->next);
+    a->told = 0u;
 }
 
 RTI_VEC void streams_part(streams *a, const rtk_part *part, const rtk_tree *tree)
@@ -129,6 +138,15 @@ RTI_VEC void stream_ends(stream *s, rtk_u32 l, float t)
 #ifdef RTI_PACK
     s->wide[l / 16u][7][l % 16u] = t;
 #endif
+}
+
+RTI_VEC rtk_u32 stream_kind(const stream *s, rtk_u32 mode, rtk_u32 l)
+{
+    return (rtk_u32)s->who[STREAM_WHO(mode) * l];
+}
+RTI_VEC rtk_u32 stream_number(const stream *s, rtk_u32 mode, rtk_u32 l)
+{
+    return rtk_bits(s->who[STREAM_WHO(mode) * l + 1u]);
 }
 
 /* ---- one ray by itself ---- */
@@ -163,7 +181,7 @@ RTI_VEC void stream_occluded(const streams *a, rtk_u32 number)
 }
 RTI_VEC void stream_done(const streams *a, stream *s, rtk_u32 l)
 {
-    stream_occluded(a, s->number[l]);
+    stream_occluded(a, stream_number(s, RTK_MODE_ANY, l));
     stream_ends(s, l, -RTK_INF);
 }
 
@@ -173,13 +191,13 @@ static void stream_ask_plain(const streams *a, stream *s, rtk_u32 l, rtk_u32 mod
     const rtk_part *part = a->part;
     rtk_query q;
     rtk_pray r;
-    stream_query(a, s->number[l], &q);
+    stream_query(a, stream_number(s, mode, l), &q);
     if (!rtk_ray_prepare(q.ray, part->lo, part->hi, part->scale, &r))
         return;
     if (rtk_query_prim(&q, mode, &r, ref)) {
         stream_done(a, s, l);
     } else if (!(mode & RTK_MODE_ANY)) {
-        stream_keep(a, s->number[l], q.best);
+        stream_keep(a, stream_number(s, mode, l), q.best);
         s->hit[l].t = q.best.t;
         stream_ends(s, l, rtk_min(s->ray[l].t1, q.best.t));
     }
@@ -199,7 +217,8 @@ static void stream_settle(const streams *a, stream *s, rtk_u32 l)
         return;
     }
     const rtk_tri *tri = &a->scene->groups->tris[ref];
-    stream_keep(a, s->number[l], (rtk_hit){h.t, h.u, h.v, tri->prim, tri->geom, RTK_INVALID}); /* nearer than what stands there */
+    stream_keep(a, stream_number(s, 0u, l),
+                (rtk_hit){h.t, h.u, h.v, tri->prim, tri->geom, RTK_INVALID}); /* nearer than what stands there */
 }
 
 static void stream_ask(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rtk_u32 ref)
@@ -219,7 +238,7 @@ static void stream_doubt(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, r
     if (!certain) {
         const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
         const rtk_u32 j = place % 4u;
-        const rtk_u32 kz = (rtk_u32)s->kind[l], kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
+        const rtk_u32 kz = stream_kind(s, mode, l), kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
         const rti_tri_pair pair = {r->ox,  r->oy, r->oz,          r->sx,   r->sy,
                                    r->kdz, 0.0f,  a->part->scale, r->tmin, mode & RTK_MODE_ANY ? r->tmax : rtk_min(r->tmax, far)};
         const float c0[3] = {b->v0[kx][j], b->v0[ky][j], b->v0[kz][j]}, c1[3] = {b->v1[kx][j], b->v1[ky][j], b->v1[kz][j]};
@@ -273,6 +292,15 @@ RTI_VEC void stream_met(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rt
         stream_take(a, s, l, mode, place, t[i], u[i], v[i]);
 }
 
+/* Lanes of numbers that are not 0. */
+RTI_VEC rtk_u32 stream_some(vec_bits a)
+{
+    const vec_bits none = (vec_bits)(a == 0u);
+    vec x;
+    memcpy(&x, &none, sizeof x); /* lanes of all ones are no numbers */
+    return VM(bits)(V(eq)(x, x));
+}
+
 /* ---- the end ---- */
 
 /* Fields of stream_tri of n rays, no more than vectors hold; lanes behind them hold anything. */
@@ -306,78 +334,119 @@ RTI_VEC void stream_expect(const streams *a, const stream *s, const uint16_t *id
     }
 }
 
-/* Of n rays, no more than vectors hold, the hits that were put aside. */
-static void stream_decide(const streams *a, stream *s, const uint16_t *ids, rtk_u32 n)
+/* Directions along the two axes that are not dominant, and corners of the triangles that were hit, in the rays' order of axes, of
+ * n rays, no more than vectors hold. */
+RTI_VEC void stream_asides(const streams *a, const stream *s, const uint16_t *ids, rtk_u32 n, vec out[11])
 {
-    float x[11][RTI_SIMD] = {{0.0f}};
-    vec r[19];
-    tri_hit hit;
-    stream_shears(s, ids, n, r);
+#ifdef RTI_PACK
+    static const uint16_t rows[16] = {0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30};
+    _Alignas(64) float corners[16][16] = {{0.0f}};
+    uint16_t all[16];
+    rti_u16_last(all, ids, n);
     for (rtk_u32 i = 0u; i < n; i++) {
-        const rtk_u32 l = ids[i], place = s->hit[l].late, j = place % 4u, k = s->number[l] % RTK_BLOCK;
-        const rtk_u32 kz = (rtk_u32)s->kind[l], kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
+        const rtk_u32 place = s->hit[ids[i]].late, j = place % 4u;
         const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
-        const rtk_trace_block *from = &a->blocks[s->number[l] / RTK_BLOCK];
-        const float dir[3] = {from->dx[k], from->dy[k], from->dz[k]};
-        const float of[11] = {dir[kx],      dir[ky],      b->v0[kx][j], b->v0[ky][j], b->v0[kz][j], b->v1[kx][j],
+        rti_f16_corners(b->v0[0] + j, b->v1[0] + j, b->v2[0] + j, (rtk_u32)s->who[STREAM_WHO(0u) * ids[i]], corners[i]);
+    }
+    out[0] = V(column)(s->who + 2, STREAM_WHO(0u), all);
+    out[1] = V(column)(s->who + 3, STREAM_WHO(0u), all);
+    rti_f16_records(corners[0], rows, out + 2);
+    out[10] = V(column)(&corners[0][8], 8u, rows);
+#else
+    float x[11][RTI_SIMD] = {{0.0f}};
+    for (rtk_u32 i = 0u; i < n; i++) {
+        const float *who = &s->who[STREAM_WHO(0u) * ids[i]];
+        const rtk_u32 place = s->hit[ids[i]].late, j = place % 4u;
+        const rtk_u32 kz = (rtk_u32)who[0], kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
+        const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
+        const float of[11] = {who[2],       who[3],       b->v0[kx][j], b->v0[ky][j], b->v0[kz][j], b->v1[kx][j],
                               b->v1[ky][j], b->v1[kz][j], b->v2[kx][j], b->v2[ky][j], b->v2[kz][j]};
         for (rtk_u32 m = 0u; m < 11u; m++)
             x[m][i] = of[m];
     }
     for (rtk_u32 k = 0u; k < 11u; k++)
-        r[8u + k] = V(load)(x[k]);
+        out[k] = V(load)(x[k]);
+#endif
+}
+
+/* Of n rays, no more than vectors hold, the hits that were put aside. */
+static void stream_decide(const streams *a, stream *s, const uint16_t *ids, rtk_u32 n)
+{
+    float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD];
+    vec r[8], of[11];
+    tri_hit hit;
+    stream_shears(s, ids, n, r);
+    stream_asides(a, s, ids, n, of);
     const tri_ray ray = {r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], V(set)(0.0f), V(set)(a->part->scale)};
     hit.hit = 0u;
     hit.t = hit.u = hit.v = V(set)(0.0f);
-    tri_exact(&ray, &r[8], &r[9], r + 10, r + 13, r + 16, (2u << (n - 1u)) - 1u, &hit);
-    V(store)(x[0], hit.t);
-    V(store)(x[1], hit.u);
-    V(store)(x[2], hit.v);
+    tri_exact(&ray, &of[0], &of[1], of + 2, of + 5, of + 8, (2u << (n - 1u)) - 1u, &hit);
+    V(store)(t, hit.t);
+    V(store)(u, hit.u);
+    V(store)(v, hit.v);
     for (rtk_u32 i = 0u; i < n; i++) {
         const rtk_u32 l = ids[i];
         if (hit.hit >> i & 1u) {
-            s->hit[l].t = x[0][i];
-            stream_ends(s, l, x[0][i]);
-            s->hit[l].u = x[1][i];
-            s->hit[l].v = x[2][i];
+            s->hit[l].t = t[i];
+            stream_ends(s, l, t[i]);
+            s->hit[l].u = u[i];
+            s->hit[l].v = v[i];
         } else { /* the ray starts or ends on an edge */
             stream_settle(a, s, l);
         }
     }
 }
 
-/* The hits of a stream go to their places: each is nearer than what stands there. Which rays have one is not to be foreseen, so
- * their numbers are gathered first, without a branch. */
+/* Of a stream's rays those that have a hit of their own, aside: that was put aside, to a->now. Returns how many. Which are is not
+ * to be foreseen, so there is no branch. */
+RTI_VEC rtk_u32 stream_late(streams *a, const stream *s, int aside)
+{
+    rtk_u32 n = 0u;
+#ifdef RTI_PACK
+    for (rtk_u32 i = 0u; i < s->n; i += 16u) {
+        const vec late = rti_f16_fourths((const float *)(const void *)&s->hit[i].late), t = rti_f16_fourths(&s->hit[i].t);
+        vec_bits place;
+        memcpy(&place, &late, sizeof place);
+        rtk_u32 bits = stream_some(place ^ RTK_INVALID);
+        if (aside)
+            bits &= VM(bits)(V(lt)(t, V(load)(s->wide[i / 16u][7])));
+        if (s->n - i < 16u)
+            bits &= (1u << (s->n - i)) - 1u;
+        n += rti_u16_count(a->now + n, i, bits);
+    }
+#else
+    for (rtk_u32 i = 0u; i < s->n; i++) {
+        a->now[n] = (uint16_t)i;
+        n += (rtk_u32)(s->hit[i].late != RTK_INVALID) & (rtk_u32)(!aside || s->hit[i].t < s->ray[i].t1);
+    }
+#endif
+    return n;
+}
+
+/* The hits of a stream go to their places: each is nearer than what stands there. */
 RTI_VEC void stream_end(streams *a, stream *s)
 {
     const rtk_group *g = a->scene->groups;
-    rtk_u32 n = 0u, first = 0u, count = 0u, geom = 0u;
-    for (rtk_u32 i = 0u; i < s->n; i++) {
-        a->now[n] = (uint16_t)i;
-        n += (rtk_u32)(s->hit[i].late != RTK_INVALID) & (rtk_u32)(s->hit[i].t < s->ray[i].t1);
-    }
+    rtk_u32 n = stream_late(a, s, 1), first = 0u, count = 0u, geom = 0u;
     stream_expect(a, s, a->now, rtk_umin(n, RTI_SIMD));
     for (rtk_u32 i = 0u; i < n; i += RTI_SIMD) {
         if (n - i > RTI_SIMD)
             stream_expect(a, s, a->now + i + RTI_SIMD, rtk_umin(n - i - RTI_SIMD, RTI_SIMD));
         stream_decide(a, s, a->now + i, rtk_umin(n - i, RTI_SIMD));
     }
-    n = 0u;
-    for (rtk_u32 i = 0u; i < s->n; i++) {
-        a->now[n] = (uint16_t)i;
-        n += s->hit[i].late != RTK_INVALID;
-    }
+    n = stream_late(a, s, 0);
     for (rtk_u32 i = 0u; i < n; i++) {
-        const rtk_u32 l = a->now[i], number = s->number[l], k = number % RTK_BLOCK, ref = a->tree.refs[s->hit[l].late];
+        const stream_hit *h = &s->hit[a->now[i]];
+        const rtk_u32 number = stream_number(s, 0u, a->now[i]), k = number % RTK_BLOCK, ref = a->tree.refs[h->late];
         rtk_hit_block *to = &a->hits[number / RTK_BLOCK];
         if (ref - first >= count) { /* a mesh's triangles stand in their order, side by side */
             geom = g->tris[ref].geom;
             first = g->geoms[geom].first;
             count = g->geoms[geom].prim_count;
         }
-        to->t[k] = s->hit[l].t;
-        to->u[k] = s->hit[l].u;
-        to->v[k] = s->hit[l].v;
+        to->t[k] = h->t;
+        to->u[k] = h->u;
+        to->v[k] = h->v;
         to->prim[k] = ref - first;
         to->geom[k] = geom; /* no instance's ray comes here: inst stands as it is */
     }

@@ -7,7 +7,7 @@
 /* Triangles for one ray, two blocks at a time where vectors hold them. */
 RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 l, rtk_u32 at, rtk_u32 count)
 {
-    const rtk_u32 kz = (rtk_u32)s->kind[l], kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
+    const rtk_u32 kz = stream_kind(s, mode, l), kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
     const rtk_u32 end = (at + count + 3u) / 4u;
     const stream_tri *o = &s->tri[l];
     const bvh_pairs_ray r = {NODE(set)(o->ox), NODE(set)(o->oy),         NODE(set)(o->oz),   NODE(set)(o->sx),
@@ -78,16 +78,17 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
     const rtk_u32 end = (at + count + 3u) / 4u;
     for (rtk_u32 i = 0u; i < n; i += 4u) {
         const rtk_u32 some = rtk_umin(n - i, 4u);
-        rtk_u32 lane[4], eight[4], four[4];
+        rtk_u32 lane[4], eight[4], four[4], who[4];
         vec o[8];
         for (rtk_u32 k = 0u; k < 4u; k++) {
             lane[k] = ids[i + (k < some ? k : 0u)];
             eight[k] = 8u * lane[k];
             four[k] = 4u * lane[k];
+            who[k] = STREAM_WHO(mode) * lane[k];
         }
         rti_f16_fields(&s->tri[0].ox, eight, o);
         const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], V(set)(0.0f), V(set)(a->part->scale)};
-        const rti_i16 z = rti_i16_row(rti_f16_each(s->kind, lane)), x = rti_i16_next(z), y = rti_i16_next(x);
+        const rti_i16 z = rti_i16_row(rti_f16_each(s->who, who)), x = rti_i16_next(z), y = rti_i16_next(x);
         rtk_u32 want = (1u << 4u * some) - 1u;
         for (rtk_u32 k = at / 4u; k < end && want != 0u; k++) {
             const rtk_bvhblock *b = &a->tree.blocks[k];
@@ -127,8 +128,8 @@ RTI_VEC void stream_leaf_twos(const streams *a, stream *s, rtk_u32 mode, const u
     const rtk_u32 end = (at + count + 3u) / 4u;
     for (rtk_u32 i = 0u; i < n; i += 2u) {
         const rtk_u32 lane[2] = {ids[i], ids[i + (i + 1u < n)]};
-        const rtk_u32 z0 = (rtk_u32)s->kind[lane[0]], x0 = z0 == 2u ? 0u : z0 + 1u, y0 = x0 == 2u ? 0u : x0 + 1u;
-        const rtk_u32 z1 = (rtk_u32)s->kind[lane[1]], x1 = z1 == 2u ? 0u : z1 + 1u, y1 = x1 == 2u ? 0u : x1 + 1u;
+        const rtk_u32 z0 = stream_kind(s, mode, lane[0]), x0 = z0 == 2u ? 0u : z0 + 1u, y0 = x0 == 2u ? 0u : x0 + 1u;
+        const rtk_u32 z1 = stream_kind(s, mode, lane[1]), x1 = z1 == 2u ? 0u : z1 + 1u, y1 = x1 == 2u ? 0u : x1 + 1u;
         rtk_u32 want = i + 1u < n ? 0xffu : 0x0fu;
         vec o[8];
         const rtk_u32 eight[2] = {8u * lane[0], 8u * lane[1]};
@@ -241,7 +242,7 @@ RTI_VEC rtk_u32 stream_many_keep(stream *s, const tri_hit *hit, vec tmax, const 
     if (take) {
         float kept[RTI_SIMD][4], end[RTI_SIMD], late;
         memcpy(&late, &place, sizeof late);
-        V(fours)(lo, hit->u, hit->v, V(set)(late), kept);
+        V(fours)(lo, hit->u, hit->v, V(set)(late), kept[0], lane_fours);
         V(store)(end, V(min)(hi, far));
         for (rtk_u32 bits = take; bits != 0u; bits &= bits - 1u) {
             const rtk_u32 k = (rtk_u32)__builtin_ctz(bits);
@@ -299,7 +300,7 @@ RTI_VEC void stream_leaf_some(const streams *a, stream *s, rtk_u32 mode, const u
         }
         V(records)(&s->tri[0].ox, lane, o);
         const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], V(set)(0.0f), V(set)(a->part->scale)};
-        const vec_rows z = VI(rows)(s->kind, lane), x = VI(next)(z), rows[3] = {x, VI(next)(x), z};
+        const vec_rows z = VI(rows)(s->who, STREAM_WHO(mode), lane), x = VI(next)(z), rows[3] = {x, VI(next)(x), z};
         if (!(mode & RTK_MODE_ANY)) {
             for (rtk_u32 place = first; place < first + count; place++) {
                 tri_hit hit;

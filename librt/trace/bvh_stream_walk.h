@@ -6,15 +6,6 @@
 
 /* ---- rays ---- */
 
-/* Lanes of numbers that are not 0. */
-RTI_VEC rtk_u32 stream_some(vec_bits a)
-{
-    const vec_bits none = (vec_bits)(a == 0u);
-    vec x;
-    memcpy(&x, &none, sizeof x); /* lanes of all ones are no numbers */
-    return VM(bits)(V(eq)(x, x));
-}
-
 typedef struct stream_axes {
     vmask first, second;
 } stream_axes;
@@ -25,26 +16,75 @@ RTI_VEC vec stream_turned(const stream_axes *a, vec x, vec y, vec z)
     return V(select)(a->first, x, V(select)(a->second, y, z));
 }
 
-#ifndef RTI_PACK8
-/* Rows of eight numbers, of RTI_SIMD rays, as their records. */
-RTI_VEC void stream_records(const vec in[8], float *const to[RTI_SIMD])
+/* Where lanes' records stand in streams: so many words behind the first octant's first record of eight, of four and of two. */
+typedef struct stream_places {
+    rtk_u32 eight[RTI_SIMD], four[RTI_SIMD], two[RTI_SIMD];
+} stream_places;
+
+#define STREAM_WORDS (rtk_u32)(sizeof(stream) / sizeof(float))
+
+/* Words as lanes. */
+RTI_VEC vec stream_vec(vec_bits a)
 {
-    float rows[8][RTI_SIMD];
-    for (rtk_u32 k = 0u; k < 8u; k++)
-        V(store)(rows[k], in[k]);
-    for (rtk_u32 i = 0u; i < RTI_SIMD; i += 4u) {
-        for (rtk_u32 h = 0u; h < 8u; h += 4u) {
-            const rti_f4 from[4] = {rti_f4_load(rows[h] + i), rti_f4_load(rows[h + 1u] + i), rti_f4_load(rows[h + 2u] + i),
-                                    rti_f4_load(rows[h + 3u] + i)};
-            rti_f4 turned[4];
-            rti_f4_turn(from, turned);
-            for (rtk_u32 k = 0u; k < 4u; k++)
-                rti_f4_store(to[i + k] + h, turned[k]);
-        }
+    vec x;
+    memcpy(&x, &a, sizeof x);
+    return x;
+}
+RTI_VEC vec_bits stream_words(vmask of, vec_bits a, vec_bits b)
+{
+    const vec x = V(select)(of, stream_vec(a), stream_vec(b));
+    memcpy(&a, &x, sizeof a);
+    return a;
+}
+
+/* `lanes` join the streams of their octants, which have room for them; the others' places are behind all rays. */
+RTI_VEC void stream_places_of(streams *a, vec_whole octant, rtk_u32 lanes, stream_places *p)
+{
+    const vmask some = VM(of)(lanes);
+    vec_bits key = (vec_bits)octant, to = key;
+#ifdef RTI_PACK8
+    vec_rows rows;
+    memcpy(&rows, &key, sizeof rows);
+    rows = VI(places)(rows, lanes, a->next);
+    memcpy(&to, &rows, sizeof to);
+#else
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
+        to[i] = lanes >> i & 1u ? a->next[key[i]]++ : 0u;
+#endif
+    to = stream_words(some, to, (vec_bits){0u} + STREAM);
+    key = stream_words(some, key * STREAM_WORDS, (vec_bits){0u});
+    const vec_bits eight = key + to * 8u, four = key + to * 4u, two = key + to * 2u;
+    memcpy(p->eight, &eight, sizeof eight);
+    memcpy(p->four, &four, sizeof four);
+    memcpy(p->two, &two, sizeof two);
+}
+
+#ifdef RTI_PACK8
+#define stream_eights V(spread)
+#define stream_fours  V(fours)
+#define stream_twos   V(twos)
+#else
+/* Rows of numbers, of RTI_SIMD rays, as their records. */
+RTI_VEC void stream_fours(vec a, vec b, vec c, vec d, float *to, const rtk_u32 at[RTI_SIMD])
+{
+    const rti_f4 rows[4] = {a, b, c, d};
+    rti_f4 turned[4];
+    rti_f4_turn(rows, turned);
+    for (rtk_u32 i = 0u; i < 4u; i++)
+        rti_f4_store(to + at[i], turned[i]);
+}
+RTI_VEC void stream_eights(const vec in[8], float *to, const rtk_u32 at[RTI_SIMD])
+{
+    stream_fours(in[0], in[1], in[2], in[3], to, at);
+    stream_fours(in[4], in[5], in[6], in[7], to + 4, at);
+}
+RTI_VEC void stream_twos(vec a, vec b, float *to, const rtk_u32 at[RTI_SIMD])
+{
+    for (rtk_u32 i = 0u; i < 4u; i++) {
+        const float both[2] = {a[i], b[i]};
+        memcpy(to + at[i], both, sizeof both);
     }
 }
-#else
-#define stream_records V(spread)
 #endif
 
 /* RTI_SIMD rays prepared for the part. t: of their best hits; kind, key: as of a packet. */
@@ -56,9 +96,7 @@ typedef struct stream_rays {
  * those that must go another way. */
 RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u32 lanes, rtk_u32 number)
 {
-    float *ray[RTI_SIMD], *tri[RTI_SIMD], none[8];
-    rtk_u32 keys[RTI_SIMD], left = 0u;
-    float t[RTI_SIMD], kinds[RTI_SIMD];
+    rtk_u32 left = 0u;
     vec start[3];
     vec least = V(abs)(r->inv[0]);
     for (rtk_u32 k = 0u; k < 3u; k++) {
@@ -67,38 +105,35 @@ RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u
         least = V(min)(least, V(abs)(r->inv[k]));
     }
     left |= lanes & ~VM(bits)(V(le)(V(set)(BVH_START_LEAST), least * V(set)(a->part->scale)));
+    lanes &= ~left;
+    if (lanes == 0u)
+        return left;
     const stream_axes axes = {V(eq)(r->kind, V(set)(0.0f)), V(eq)(r->kind, V(set)(1.0f))};
+    const vec dx = stream_turned(&axes, r->dir[1], r->dir[2], r->dir[0]),
+              dy = stream_turned(&axes, r->dir[2], r->dir[0], r->dir[1]);
     const vec dz = stream_turned(&axes, r->dir[0], r->dir[1], r->dir[2]);
     const vec slabs[8] = {r->inv[0], r->inv[1], r->inv[2], start[0], start[1], start[2], r->t0, V(min)(r->t1, r->t)};
     const vec shear[8] = {stream_turned(&axes, r->org[1], r->org[2], r->org[0]),
                           stream_turned(&axes, r->org[2], r->org[0], r->org[1]),
                           stream_turned(&axes, r->org[0], r->org[1], r->org[2]),
-                          stream_turned(&axes, r->dir[1], r->dir[2], r->dir[0]) / dz,
-                          stream_turned(&axes, r->dir[2], r->dir[0], r->dir[1]) / dz,
+                          dx / dz,
+                          dy / dz,
                           dz,
                           r->tmin,
                           r->tmax};
-    const vec_whole key = __builtin_convertvector(r->key, vec_whole);
-    memcpy(keys, &key, sizeof key);
-    V(store)(t, r->t);
-    V(store)(kinds, r->kind);
-    lanes &= ~left;
-    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
-        if (!(lanes >> i & 1u)) {
-            ray[i] = tri[i] = none;
-            continue;
-        }
-        stream *s = &a->of[keys[i] >> 2 & 7u];
-        const rtk_u32 to = s->n++;
-        ray[i] = s->ray[to].inv;
-        tri[i] = &s->tri[to].ox;
-        if (!(mode & RTK_MODE_ANY))
-            s->hit[to] = (stream_hit){t[i], 0.0f, 0.0f, RTK_INVALID};
-        s->kind[to] = kinds[i];
-        s->number[to] = number + i;
+    stream_places to;
+    vec_bits numbers;
+    stream_places_of(a, __builtin_convertvector(r->key, vec_whole) >> 2 & 7, lanes, &to);
+    memcpy(&numbers, lane_ones, sizeof numbers);
+    numbers += number;
+    stream_eights(slabs, a->of[0].ray[0].inv, to.eight);
+    stream_eights(shear, &a->of[0].tri[0].ox, to.eight);
+    if (mode & RTK_MODE_ANY) {
+        stream_twos(r->kind, stream_vec(numbers), a->of[0].who, to.two);
+    } else {
+        stream_fours(r->kind, stream_vec(numbers), dx, dy, a->of[0].who, to.four);
+        stream_fours(r->t, V(set)(0.0f), V(set)(0.0f), V(set)(rtk_float(RTK_INVALID)), &a->of[0].hit[0].t, to.four);
     }
-    stream_records(slabs, ray);
-    stream_records(shear, tri);
     return left;
 }
 
@@ -128,6 +163,21 @@ RTI_VEC uint64_t stream_join(streams *a, rtk_u32 mode, const packet *p, uint64_t
         left |= (uint64_t)stream_put(a, mode, &r, lanes, packet_number(p, at)) << at;
     }
     return left;
+}
+
+/* Which parts behind the first some of RTI_SIMD rays may enter: none that rays from anywhere miss (packet_rays_pass) is entered
+ * by others, for whom its box is smaller. */
+RTI_VEC void stream_tell(streams *a, const stream_rays *r, rtk_u32 lanes, rtk_u32 number)
+{
+    const rtk_group *g = a->scene->groups;
+    rtk_u32 parts = 0u;
+    for (rtk_u32 k = 1u; k < g->part_count; k++) {
+        const rtk_part *part = &g->parts[k];
+        const float lo[3] = {part->lo.x, part->lo.y, part->lo.z}, hi[3] = {part->hi.x, part->hi.y, part->hi.z};
+        parts |= (rtk_u32)((lanes & ~packet_rays_pass(r->org, r->inv, r->tmin, lo, hi, part->scale)) != 0u) << k;
+    }
+    a->enters[number / RTI_SIMD] = (uint8_t)parts;
+    a->told = number + RTI_SIMD;
 }
 
 /* RTI_SIMD rays of the batch, `count` of them at most, join streams. again: something was asked for them before, and their hits
@@ -172,6 +222,8 @@ RTI_VEC rtk_u32 stream_load(streams *a, rtk_u32 mode, rtk_u32 number, rtk_u32 co
     }
     r.tmin = from.tmin;
     r.tmax = from.tmax;
+    if (!again && number < STREAM_TOLD && a->scene->groups->part_count > 1u)
+        stream_tell(a, &r, lanes, number);
     packet_rays_key(&from, &r.kind, &r.key);
     lanes = packet_rays_enter(r.org, r.inv, r.tmin, r.tmax, lanes, a->part, &r.t0, &r.t1, &far);
     return far | stream_put(a, mode, &r, lanes, number);

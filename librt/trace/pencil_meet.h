@@ -239,10 +239,7 @@ RTI_APART void pencil_record(pencil *p, rtk_u32 g)
     for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD) {
         const vec a[8] = {V(load)(o[p->kx] + k),       V(load)(o[p->ky] + k), V(load)(o[p->kz] + k), V(load)(p->slope[0][g] + k),
                           V(load)(p->slope[1][g] + k), V(load)(d[p->kz] + k), V(load)(b->tmin + k),  V(load)(b->tmax + k)};
-        float *to[RTI_SIMD];
-        for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
-            to[i] = p->record[g][k + i];
-        V(spread)(a, to);
+        V(spread)(a, p->record[g][k], lane_eights);
     }
     p->recorded |= 1u << g;
 }

@@ -91,26 +91,30 @@ static void eight(const float a[16], uint32_t bits, const uint32_t numbers[8], c
 }
 
 /* And what they have in vectors of theirs. */
-static void records(const float a[16], const uint32_t at[4], simd_packed *out)
+static void records(const float a[16], uint32_t bits, const uint32_t at[4], simd_packed *out)
 {
     (void)at;
     const vec x = V(load)(a);
-    float all[16][8], *to[16], turn[16], fours[RTI_SIMD][4];
+    float all[16][8], turn[16];
+    uint32_t eights[16], fours[16], twos[16];
     uint16_t reverse[16];
     vec fields[8];
     for (uint32_t i = 0; i < RTI_SIMD; i++) {
         reverse[i] = (uint16_t)(RTI_SIMD - 1u - i);
-        to[i] = out->spread[RTI_SIMD - 1u - i];
+        eights[i] = 8u * reverse[i];
+        fours[i] = 4u * reverse[i];
+        twos[i] = 2u * reverse[i];
         for (uint32_t k = 0; k < 8; k++)
             all[i][k] = (float)(8u * i + k);
     }
     V(records)(all[0], reverse, fields);
     for (int k = 0; k < 8; k++)
         V(store)(out->records[k], fields[k]);
-    V(spread)(fields, to);
+    V(spread)(fields, out->spread[0], eights);
     V(store)(out->column, V(column)(all[0], 8u, reverse));
-    V(fours)(x, -x, x * V(set)(2.0f), x * V(set)(3.0f), fours);
-    memcpy(out->fours, fours, sizeof fours);
+    V(fours)(x, -x, x * V(set)(2.0f), x * V(set)(3.0f), out->fours[0], fours);
+    V(twos)(x, -x, out->twos[0], twos);
+    VI(store)(out->places, VI(places)(VI(load)(out->keys), bits, out->next));
     for (uint32_t i = 0; i < 16; i++)
         turn[i] = a[(i + 1) % 16];
     V(store)(out->madd, V(madd)(x, V(set)(2.0f), V(load)(turn)));
@@ -124,7 +128,7 @@ static void records(const float a[16], const uint32_t at[4], simd_packed *out)
     rti_f8_store(out->each, rti_f8_each(a, at));
     for (int i = 0; i < 8; i++)
         row_of[i] = (float)(i % 3);
-    const vec_rows rows = VI(rows)(row_of, reverse), next = VI(next)(rows);
+    const vec_rows rows = VI(rows)(row_of, 1u, reverse), next = VI(next)(rows);
     V(store)(out->corners[0], rti_f8_corner(a, rows));
     V(store)(out->corners[1], rti_f8_corner(a, next));
     V(store)(out->corners[2], rti_f8_corner(a, VI(next)(next)));
@@ -140,7 +144,7 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
 {
 #ifdef RTI_PACK8
     eight(a, bits, numbers, at, from, out);
-    records(a, at, out);
+    records(a, bits, at, out);
 #endif
 #ifdef RTI_PACK
     const rti_f16 sixteen = rti_f16_load(a);
@@ -173,7 +177,13 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
         reverse[i] = (uint16_t)(15 - i);
         row_of[i] = (float)(i % 3);
     }
-    const rti_i16 rows = rti_i16_rows(row_of, reverse);
+    const rti_i16 rows = rti_i16_rows(row_of, 1u, reverse);
+    float each[64];
+    for (int i = 0; i < 64; i++)
+        each[i] = (float)i;
+    rti_f16_store(out->fourths, rti_f16_fourths(each));
+    for (uint32_t z = 0; z < 3; z++)
+        rti_f16_corners(a, a + 1, a + 2, z, out->three[z]);
     rti_f16_store(out->firsts[0], rti_f16_take(sixteen, rows));
     rti_f16_store(out->firsts[1], rti_f16_take(sixteen, rti_i16_next(rows)));
     put_many(bits, from, out);

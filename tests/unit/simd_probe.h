@@ -23,8 +23,12 @@ typedef struct simd_packed {
     uint32_t taken[8];         /* rti_u8_take of numbers, lanes at[0] to at[3] modulo 8, twice */
     uint16_t dealt[16];        /* rti_u16_deal of the numbers 0 to 15 by bytes of a's bits, by bit `from` modulo 8 */
     uint32_t dealt_count;
-    float records[8][16], spread[16][8]; /* rti_fN_records of N records of eight numbers, 0 to 8 N - 1, the last first;
-                                            rti_fN_spread of that */
+    float records[8][16], spread[16][8];    /* rti_fN_records of N records of eight numbers, 0 to 8 N - 1, the last first;
+                                               rti_fN_spread of that, the last first */
+    float twos[16][2];                      /* rti_fN_twos of a and -a, the last first */
+    uint32_t keys[16], places[16], next[8]; /* rti_iN_places of those by bits, and what is next to `numbers` */
+    float fourths[16];                      /* rti_f16_fourths of 0 to 63 */
+    float three[3][16];                     /* rti_f16_corners of a, a + 1, a + 2, each z */
     uint16_t chosen[16];                 /* rti_u16_put of the numbers 0 to 15 by bits */
     uint32_t chosen_count;
     float lows[16];       /* rti_f16_lows of a turned by 0 to 15 lanes, lane i of the k-th plus i k: no two alike */
@@ -39,7 +43,7 @@ typedef struct simd_packed {
         some_bits[32]; /* rti_u16_some of 100 to 131, where beside the i-th is 7 i if wide has bit i, else 0; 3 from */
     uint32_t some_count;
     float column[16];         /* rti_fN_column of those records, the last first */
-    float fours[16][4];       /* rti_fN_fours of a, -a, 2 a and of 3 a */
+    float fours[16][4];       /* rti_fN_fours of a, -a, 2 a and of 3 a, the last first */
     float mixed[16];          /* rti_f16_mix of -a and of a's lanes 16 from + 5 i + at[0] by bits */
     uint32_t same, first;     /* rti_i16_same of those lanes, 16 and from + 2; rti_first of bits, `from` of them */
     float madd[16], msub[16]; /* rti_fN_madd and _msub of a, 2 and a turned by one lane */

@@ -131,6 +131,9 @@ static void check_fours(const float a[16], uint32_t bits, const uint32_t at[4], 
             assert_true(same(p->twelve[i], a[i]));
         if (i < 9)
             assert_true(same(p->nine[i], a[i]));
+        assert_true(p->fourths[i] == (float)(4 * i));
+        for (uint32_t z = 0; z < 3 && i < 9; z++)
+            assert_true(same(p->three[z][i], a[i / 3 + (z + i % 3 + 1) % 3 * 4]));
         for (uint32_t k = 0; k < 2; k++)
             assert_true(same(p->firsts[k][i], a[((15 - i) % 3 + k) % 3 * 4]));
     }
@@ -220,6 +223,17 @@ static void check_halves(const float a[16], const uint32_t at[4], uint32_t lanes
     }
 }
 
+/* Chosen lanes dealt to eight rows. */
+static void check_places(uint32_t bits, const uint32_t numbers[8], uint32_t lanes, const simd_packed *p)
+{
+    uint32_t next[8];
+    memcpy(next, numbers, sizeof next);
+    for (uint32_t i = 0u; i < lanes; i++)
+        if (bits >> i & 1u)
+            assert_int_equal(p->places[i], next[p->keys[i]]++);
+    assert_memory_equal(p->next, next, sizeof next);
+}
+
 /* What is in vectors of as many lanes as the level has. */
 static void check_records(const float a[16], uint32_t bits, const uint32_t at[4], uint32_t lanes, const simd_packed *p)
 {
@@ -228,13 +242,14 @@ static void check_records(const float a[16], uint32_t bits, const uint32_t at[4]
         const uint32_t last = lanes - 1u - i;
         for (uint32_t k = 0u; k < 8u; k++) {
             assert_true(p->records[k][i] == (float)(8u * last + k));
-            assert_true(p->spread[i][k] == (float)(8u * i + k));
+            assert_true(p->spread[last][k] == (float)(8u * last + k));
         }
         assert_true(p->column[i] == (float)(8u * last));
         assert_int_equal(p->last[i], rtk_umin(i, bits % lanes));
         assert_true(same(p->madd[i], 2.0f * a[i] + next) && same(p->msub[i], 2.0f * a[i] - next));
         for (uint32_t k = 0u; k < 4u; k++)
-            assert_true(same(p->fours[i][k], (const float[4]){a[i], -a[i], 2.0f * a[i], 3.0f * a[i]}[k]));
+            assert_true(same(p->fours[last][k], (const float[4]){a[i], -a[i], 2.0f * a[i], 3.0f * a[i]}[k]));
+        assert_true(same(p->twos[last][0], a[i]) && same(p->twos[last][1], -a[i]));
         for (uint32_t k = 0u; k < 3u && lanes == 8u; k++)
             assert_true(same(p->corners[k][i], a[(last + k) % 3u]));
         for (uint32_t k = 0u; k < 8u && lanes == 8u; k++)
@@ -248,7 +263,8 @@ static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t
 {
     rng g = {5};
     for (int round = 0; round < ROUNDS; round++) {
-        const uint32_t bits = (uint32_t)(rng_unit(&g) * 65536.0f) & 65535u, from = (uint32_t)(rng_unit(&g) * 12.0f);
+        const uint32_t some = (uint32_t)(rng_unit(&g) * 65536.0f) & 65535u, from = (uint32_t)(rng_unit(&g) * 12.0f);
+        const uint32_t bits = round % 16 == 0 ? 65535u : some; /* all, of one key */
         uint32_t numbers[8], at[4];
         simd_packed p = {0};
         float a[16];
@@ -257,7 +273,9 @@ static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t
             p.put[i] = p.kept[i / 4][i % 4] = p.ends[i % 4] = -1.0f;
             numbers[i % 8] = (uint32_t)(rng_unit(&g) * 1e6f);
             at[i % 4] = (uint32_t)(rng_unit(&g) * 16.0f) & 15u;
+            p.keys[i] = (uint32_t)(rng_unit(&g) * (round % 16 == 0 ? 1.0f : 8.0f)) & 7u;
         }
+        memcpy(p.next, numbers, sizeof p.next);
         const int lanes = probe(a, bits, numbers, at, from, &p);
         if (lanes == 0)
             return;
@@ -265,6 +283,7 @@ static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t
         check_lists(bits, numbers, at, from, &p);
         check_records(a, bits, at, (uint32_t)lanes, &p);
         check_halves(a, at, (uint32_t)lanes, &p);
+        check_places(bits, numbers, (uint32_t)lanes, &p);
         if (lanes < 16)
             continue;
         check_sixteen(a, bits, &p);

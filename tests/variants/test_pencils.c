@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "support/generate.h"
+#include "support/parts.h"
 #include "support/rays.h"
 
 #define BATCH  1024u
@@ -341,58 +342,19 @@ static void test_planes(void **state)
     rt_context_destroy(ctx);
 }
 
-/* A soup, and another a hundredth its size, each a part with trees of its own, as a commit cuts geometry of two sizes. */
 static void with_parts(uint32_t triangles, float size, uint32_t rounds, uint32_t batch, const char *what, unsigned least)
 {
-    static const uint32_t builders[3] = {RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE, RTI_BUILD_BVH};
     rt_context *ctx = context();
+    test_parts parts;
     test_world w;
-    test_mesh m[2] = {{0}};
-    rtk_u32 *list = calloc(2 * (size_t)triangles, sizeof *list);
-    void *chunks[2][3];
-    size_t sizes[2][3];
-    uint32_t first = 0;
-    assert_non_null(list);
     test_world_init(&w, ctx);
-    for (uint32_t i = 0; i < 2; i++) {
-        test_mesh_soup(&m[i], triangles, size, 5 + i);
-        test_mesh_place(&m[i], i ? 0.01f : 1.0f, 0.0f);
-        test_world_mesh(&w, 0, &m[i], 0xffffffffu);
-    }
-    assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-    w.groups[0].part_count = 2;
-    for (uint32_t i = 0; i < 2; i++) {
-        const rti_build_input in = test_input(&m[i]);
-        rtk_part *part = &w.groups[0].parts[i];
-        rtk_tree *trees[3] = {&part->kdtree, &part->octree, &part->bvh};
-        *part = (rtk_part){.lo = rtk_v3(in.lo[0], in.lo[1], in.lo[2]),
-                           .hi = rtk_v3(in.hi[0], in.hi[1], in.hi[2]),
-                           .scale = in.grow / RTK_GROW,
-                           .count = m[i].count};
-        for (uint32_t k = 0; k < 3; k++) {
-            const rti_build_settings how = {.builder = builders[k]};
-            assert_int_equal(rti_tree_build(ctx, &in, &how, NULL, &chunks[i][k], &sizes[i][k]), RT_OK);
-            *trees[k] = rti_tree_view(chunks[i][k]);
-            rtk_u32 *refs = (rtk_u32 *)(uintptr_t)trees[k]->refs; /* a part's triangles are numbered as the group's */
-            for (uint32_t r = 0; r < ((const rtk_tree_header *)chunks[i][k])->ref_count; r++)
-                refs[r] += first;
-        }
-        for (uint32_t k = 0; k < m[i].count; k++)
-            list[first + k] = first + k;
-        part->all.refs = list + first;
-        first += m[i].count;
-    }
+    assert_int_equal(test_parts_init(&parts, &w, triangles, size), RT_OK);
     sweep(&w, rounds, batch, what, least);
-    for (uint32_t i = 0; i < 6; i++)
-        rti_free(ctx, chunks[i / 3][i % 3], sizes[i / 3][i % 3]);
-    test_world_free(&w);
-    test_mesh_free(&m[0]);
-    test_mesh_free(&m[1]);
-    free(list);
+    test_parts_free(&parts, &w);
     rt_context_destroy(ctx);
 }
 
-static void test_parts(void **state)
+static void test_two_parts(void **state)
 {
     (void)state;
     with_parts(300, 0.3f, ROUNDS, BATCH, "two parts", 20);
@@ -415,7 +377,7 @@ int main(void)
                                        cmocka_unit_test(test_one),
                                        cmocka_unit_test(test_scaled_and_moved),
                                        cmocka_unit_test(test_planes),
-                                       cmocka_unit_test(test_parts),
+                                       cmocka_unit_test(test_two_parts),
                                        cmocka_unit_test(test_apart)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "support/generate.h"
+#include "support/parts.h"
 #include "support/rays.h"
 
 #define MOST (8192u + 2048u)
@@ -131,17 +132,28 @@ static void sweep(const rtk_scene *s, const kind *a)
         }
 }
 
-static void with_mesh(const test_mesh *m, const kind *a)
+static rt_context *context(void)
 {
     rt_context_desc d = rt_context_desc_default();
     rt_context *ctx;
-    test_world w;
     d.workers = 1;
     assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    return ctx;
+}
+
+static void below(test_world *w)
+{
+    test_world_plane(w, 0, (float[3]){0.0f, -0.25f, 0.0f}, (float[3]){0.1f, 1.0f, -0.2f}, 0xffffffffu);
+}
+
+static void with_mesh(const test_mesh *m, const kind *a)
+{
+    rt_context *ctx = context();
+    test_world w;
     test_world_init(&w, ctx);
     test_world_mesh(&w, 0, m, a->mask);
     if (a->plane)
-        test_world_plane(&w, 0, (float[3]){0.0f, -0.25f, 0.0f}, (float[3]){0.1f, 1.0f, -0.2f}, 0xffffffffu);
+        below(&w);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
     fill(a, 11);
     sweep(&w.scene, a);
@@ -186,32 +198,28 @@ static void test_emptiness(void **state)
     test_mesh_free(&m);
 }
 
-/* A soup, and another a ten thousandth its size: parts with trees of their own. */
+/* Parts with trees of their own: rays that meet both, and ones of which few come near the smaller one. */
 static void test_two_sizes(void **state)
 {
     const kind kinds[] = {
-        {.what = "two sizes, beside each other", .near = 1e-4f, .mask = ALL, .count = FEW, .least = FEW / 2, .most = FEW},
-        {.what = "two sizes, all over, a plane",
-         .size = 1.5f,
-         .mask = ALL,
-         .plane = true,
-         .count = FEW,
-         .least = FEW / 2,
-         .most = FEW}};
-    test_mesh m = {0};
+        {.what = "two sizes, beside each other", .near = 0.01f, .mask = ALL, .count = MOST, .least = MOST / 2, .most = MOST},
+        {.what = "two sizes, all over", .size = 1.5f, .mask = ALL, .count = MOST, .least = MOST / 4, .most = MOST},
+        {.what = "two sizes, far away", .size = 40.0f, .mask = ALL, .count = MOST, .least = 1, .most = MOST / 4},
+        {.what = "two sizes, a plane", .near = 0.01f, .mask = ALL, .plane = true, .count = FEW, .least = FEW / 2, .most = FEW}};
     (void)state;
-    test_mesh_soup(&m, 400, 0.3f, 5);
-    const uint32_t large = m.count;
-    test_mesh_soup(&m, 400, 0.3f, 7);
-    for (uint32_t i = large; i < m.count; i++)
-        for (int k = 0; k < 3; k++) {
-            m.tris[i].v0[k] *= 1e-4f;
-            m.tris[i].v1[k] *= 1e-4f;
-            m.tris[i].v2[k] *= 1e-4f;
-        }
-    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
-        with_mesh(&m, &kinds[i]);
-    test_mesh_free(&m);
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+        rt_context *ctx = context();
+        test_parts parts;
+        test_world w;
+        test_world_init(&w, ctx);
+        if (kinds[i].plane)
+            below(&w);
+        assert_int_equal(test_parts_init(&parts, &w, 400, 0.3f), RT_OK);
+        fill(&kinds[i], 11);
+        sweep(&w.scene, &kinds[i]);
+        test_parts_free(&parts, &w);
+        rt_context_destroy(ctx);
+    }
 }
 
 /* Triangles as large as all of them together: a ray enters nearly every box, and lists are as long as streams. */

@@ -181,25 +181,37 @@ RTI_VEC void rti_f8_records(const float *p, const uint16_t at[8], rti_f8 out[8])
         rti_f8_turn(a, out + h);
     }
 }
-RTI_VEC void rti_f8_fours(rti_f8 a, rti_f8 b, rti_f8 c, rti_f8 d, float to[8][4])
+RTI_VEC void rti_f8_fours(rti_f8 a, rti_f8 b, rti_f8 c, rti_f8 d, float *p, const uint32_t at[8])
 {
     const __m256 in[4] = {a, b, c, d};
     __m256 out[4];
     rti_f8_turn(in, out);
     for (uint32_t i = 0; i < 4; i++) {
-        rti_f4_store(to[i], rti_f8_low(out[i]));
-        rti_f4_store(to[4 + i], rti_f8_high(out[i]));
+        rti_f4_store(p + at[i], rti_f8_low(out[i]));
+        rti_f4_store(p + at[4 + i], rti_f8_high(out[i]));
     }
 }
-RTI_VEC void rti_f8_spread(const rti_f8 a[8], float *const to[8])
+RTI_VEC void rti_f8_twos(rti_f8 a, rti_f8 b, float *p, const uint32_t at[8])
+{
+    const __m256 low = _mm256_unpacklo_ps(a, b), high = _mm256_unpackhi_ps(a, b);
+    for (uint32_t h = 0; h < 2; h++) {
+        const __m128 x = h == 0 ? _mm256_castps256_ps128(low) : _mm256_extractf128_ps(low, 1);
+        const __m128 y = h == 0 ? _mm256_castps256_ps128(high) : _mm256_extractf128_ps(high, 1);
+        _mm_storel_pi((__m64 *)(void *)(p + at[4 * h]), x);
+        _mm_storeh_pi((__m64 *)(void *)(p + at[4 * h + 1]), x);
+        _mm_storel_pi((__m64 *)(void *)(p + at[4 * h + 2]), y);
+        _mm_storeh_pi((__m64 *)(void *)(p + at[4 * h + 3]), y);
+    }
+}
+RTI_VEC void rti_f8_spread(const rti_f8 a[8], float *p, const uint32_t at[8])
 {
     __m256 low[4], high[4];
     rti_f8_turn(a, low);
     rti_f8_turn(a + 4, high);
     for (uint32_t i = 0; i < 4; i++)
-        _mm256_storeu_ps(to[i], rti_f8_lows(low[i], high[i]));
+        _mm256_storeu_ps(p + at[i], rti_f8_lows(low[i], high[i]));
     for (uint32_t i = 0; i < 4; i++)
-        _mm256_storeu_ps(to[4 + i], rti_f8_highs(low[i], high[i]));
+        _mm256_storeu_ps(p + at[4 + i], rti_f8_highs(low[i], high[i]));
 }
 RTI_VEC void rti_f8_fields(const float *p, const uint32_t at[2], rti_f8 out[8])
 {
@@ -227,9 +239,35 @@ RTI_VEC rti_f8 rti_f8_column(const float *p, uint32_t stride, const uint16_t at[
                           p[stride * at[5]], p[stride * at[6]], p[stride * at[7]]);
 }
 typedef __m256i rti_i8;
-RTI_VEC rti_i8 rti_i8_rows(const float *p, const uint16_t at[8])
+RTI_VEC rti_i8 rti_i8_load(const uint32_t *p)
 {
-    return _mm256_cvttps_epi32(rti_f8_column(p, 1u, at));
+    return _mm256_loadu_si256((const __m256i *)(const void *)p);
+}
+RTI_VEC void rti_i8_store(uint32_t *p, rti_i8 a)
+{
+    _mm256_storeu_si256((__m256i *)(void *)p, a);
+}
+RTI_VEC rti_i8 rti_i8_rows(const float *p, uint32_t stride, const uint16_t at[8])
+{
+    return _mm256_cvttps_epi32(rti_f8_column(p, stride, at));
+}
+/* As at AVX-512. */
+RTI_VEC rti_i8 rti_i8_places(rti_i8 key, uint32_t of, uint32_t next[8])
+{
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), none = _mm256_setzero_si256(), one = _mm256_set1_epi32(1);
+    const __m256i by = _mm256_slli_epi32(key, 2), most = _mm256_set1_epi32(15), shift = _mm256_slli_epi32(lane, 2);
+    const __m256i own = _mm256_sllv_epi32(_mm256_and_si256(_mm256_srlv_epi32(_mm256_set1_epi32((int)of), lane), one), by);
+    const __m256i had = _mm256_loadu_si256((const __m256i *)(const void *)next);
+#define BEHIND(x, k, kept)                                                                                                       \
+    _mm256_blend_epi32(none, _mm256_permutevar8x32_epi32(x, _mm256_sub_epi32(lane, _mm256_set1_epi32(k))), kept)
+    __m256i before = BEHIND(own, 1, 0xfe);
+    before = _mm256_add_epi32(before, BEHIND(before, 1, 0xfe));
+    before = _mm256_add_epi32(before, BEHIND(before, 2, 0xfc));
+    before = _mm256_add_epi32(before, BEHIND(before, 4, 0xf0));
+#undef BEHIND
+    const __m256i all = _mm256_permutevar8x32_epi32(_mm256_add_epi32(before, own), _mm256_set1_epi32(7));
+    _mm256_storeu_si256((__m256i *)(void *)next, _mm256_add_epi32(had, _mm256_and_si256(_mm256_srlv_epi32(all, shift), most)));
+    return _mm256_add_epi32(_mm256_permutevar8x32_epi32(had, key), _mm256_and_si256(_mm256_srlv_epi32(before, by), most));
 }
 RTI_VEC rti_i8 rti_i8_next(rti_i8 a)
 {

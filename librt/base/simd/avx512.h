@@ -82,6 +82,10 @@ RTI_VEC rti_i16 rti_i16_load(const uint32_t *p)
 {
     return _mm512_loadu_si512((const void *)p);
 }
+RTI_VEC void rti_i16_store(uint32_t *p, rti_i16 a)
+{
+    _mm512_storeu_si512((void *)p, a);
+}
 RTI_VEC uint32_t rti_i16_same(rti_i16 a, uint32_t n, uint32_t b)
 {
     const __m512i low = _mm512_set1_epi32((int)(b * n));
@@ -114,6 +118,30 @@ RTI_VEC rti_f16 rti_f16_nine(const float *p)
 {
     return _mm512_maskz_loadu_ps((__mmask16)0x01ff, p);
 }
+RTI_VEC void rti_f16_corners(const float *v0, const float *v1, const float *v2, uint32_t z, float *p)
+{
+#define FIRST(x, y, z)                                                                                                           \
+    {                                                                                                                            \
+        4 * x, 4 * y, 4 * z, 16 + 4 * x, 16 + 4 * y, 16 + 4 * z                                                                  \
+    }
+#define LAST(x, y, z)                                                                                                            \
+    {                                                                                                                            \
+        0, 0, 0, 0, 0, 0, 4 * x, 4 * y, 4 * z                                                                                    \
+    }
+    static const int32_t first[3][16] = {FIRST(1, 2, 0), FIRST(2, 0, 1), FIRST(0, 1, 2)};
+    static const int32_t last[3][16] = {LAST(1, 2, 0), LAST(2, 0, 1), LAST(0, 1, 2)};
+#undef FIRST
+#undef LAST
+    const __m512 a = _mm512_permutex2var_ps(rti_f16_nine(v0), _mm512_loadu_si512(first[z]), rti_f16_nine(v1));
+    _mm512_storeu_ps(p, _mm512_mask_permutexvar_ps(a, (__mmask16)0x01c0, _mm512_loadu_si512(last[z]), rti_f16_nine(v2)));
+}
+RTI_VEC rti_f16 rti_f16_fourths(const float *p)
+{
+    const __m512i low = _mm512_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28, 0, 4, 8, 12, 16, 20, 24, 28);
+    const __m512 a = _mm512_permutex2var_ps(_mm512_loadu_ps(p), low, _mm512_loadu_ps(p + 16));
+    const __m512 b = _mm512_permutex2var_ps(_mm512_loadu_ps(p + 32), low, _mm512_loadu_ps(p + 48));
+    return _mm512_mask_mov_ps(a, (__mmask16)0xff00, b);
+}
 RTI_VEC rti_i16 rti_i16_row(rti_f16 a)
 {
     const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3);
@@ -123,11 +151,6 @@ RTI_VEC rti_i16 rti_i16_next(rti_i16 a)
 {
     const __m512i next = _mm512_add_epi32(a, _mm512_set1_epi32(4));
     return _mm512_mask_sub_epi32(next, _mm512_cmpgt_epi32_mask(next, _mm512_set1_epi32(11)), next, _mm512_set1_epi32(12));
-}
-RTI_VEC rti_i16 rti_i16_rows(const float *p, const uint16_t at[16])
-{
-    const __m512i from = _mm512_cvtepu16_epi32(_mm256_loadu_si256((const __m256i *)(const void *)at));
-    return _mm512_slli_epi32(_mm512_cvttps_epi32(_mm512_i32gather_ps(from, p, 4)), 2);
 }
 RTI_VEC rti_f4 rti_f4_take(const float *p, const int32_t lanes[4])
 {
@@ -228,7 +251,7 @@ RTI_VEC void rti_f16_records(const float *p, const uint16_t at[16], rti_f16 out[
         out[k + 4] = _mm512_permutex2var_ps(a[k], high, a[k + 4]);
     }
 }
-RTI_VEC void rti_f16_spread(const rti_f16 a[8], float *const to[16])
+RTI_VEC void rti_f16_spread(const rti_f16 a[8], float *p, const uint32_t at[16])
 {
     __m512 b[8], c[8];
     const __m512i low = _mm512_setr_epi32(0, 1, 2, 3, 16, 17, 18, 19, 8, 9, 10, 11, 24, 25, 26, 27);
@@ -245,10 +268,10 @@ RTI_VEC void rti_f16_spread(const rti_f16 a[8], float *const to[16])
     for (uint32_t i = 0; i < 8; i += 2) {
         const uint32_t from = (i & 4) + (i & 2);
         const __m512 even = PAIR(c[from], c[from + 1], unpacklo), odd = PAIR(c[from], c[from + 1], unpackhi);
-        _mm256_storeu_ps(to[i], _mm512_castps512_ps256(even));
-        _mm256_storeu_ps(to[i + 1], _mm512_castps512_ps256(odd));
-        _mm256_storeu_ps(to[i + 8], _mm512_extractf32x8_ps(even, 1));
-        _mm256_storeu_ps(to[i + 9], _mm512_extractf32x8_ps(odd, 1));
+        _mm256_storeu_ps(p + at[i], _mm512_castps512_ps256(even));
+        _mm256_storeu_ps(p + at[i + 1], _mm512_castps512_ps256(odd));
+        _mm256_storeu_ps(p + at[i + 8], _mm512_extractf32x8_ps(even, 1));
+        _mm256_storeu_ps(p + at[i + 9], _mm512_extractf32x8_ps(odd, 1));
     }
 }
 RTI_VEC rti_f16 rti_f16_least4(rti_f16 a)
@@ -288,16 +311,54 @@ RTI_VEC rti_f16 rti_f16_column(const float *p, uint32_t stride, const uint16_t a
     const __m512i i = _mm512_cvtepu16_epi32(_mm256_loadu_si256((const __m256i *)(const void *)at));
     return _mm512_i32gather_ps(_mm512_mullo_epi32(i, _mm512_set1_epi32((int)stride)), p, 4);
 }
-RTI_VEC void rti_f16_fours(rti_f16 a, rti_f16 b, rti_f16 c, rti_f16 d, float to[16][4])
+RTI_VEC rti_i16 rti_i16_rows(const float *p, uint32_t stride, const uint16_t at[16])
+{
+    return _mm512_slli_epi32(_mm512_cvttps_epi32(rti_f16_column(p, stride, at)), 2);
+}
+/* Counts of keys are told in four bits each: of the lanes before one there are fifteen at most. */
+RTI_VEC rti_i16 rti_i16_places(rti_i16 key, uint32_t of, uint32_t next[8])
+{
+    const __m512i none = _mm512_setzero_si512(), by = _mm512_slli_epi32(key, 2), most = _mm512_set1_epi32(15);
+    const __m512i own = _mm512_maskz_sllv_epi32((__mmask16)of, _mm512_set1_epi32(1), by);
+    const __m256i had = _mm256_loadu_si256((const __m256i *)(const void *)next);
+    const __m256i shift = _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28), few = _mm256_set1_epi32(15);
+    __m512i before = _mm512_alignr_epi32(own, none, 15);
+    before = _mm512_add_epi32(before, _mm512_alignr_epi32(before, none, 15));
+    before = _mm512_add_epi32(before, _mm512_alignr_epi32(before, none, 14));
+    before = _mm512_add_epi32(before, _mm512_alignr_epi32(before, none, 12));
+    before = _mm512_add_epi32(before, _mm512_alignr_epi32(before, none, 8));
+    const __m256i all = _mm512_castsi512_si256(_mm512_permutexvar_epi32(most, before)),
+                  last = _mm512_castsi512_si256(_mm512_permutexvar_epi32(most, own));
+    const __m256i more = _mm256_add_epi32(_mm256_and_si256(_mm256_srlv_epi32(all, shift), few),
+                                          _mm256_and_si256(_mm256_srlv_epi32(last, shift), few));
+    _mm256_storeu_si256((__m256i *)(void *)next, _mm256_add_epi32(had, more));
+    return _mm512_add_epi32(_mm512_permutexvar_epi32(key, _mm512_castsi256_si512(had)),
+                            _mm512_and_si512(_mm512_srlv_epi32(before, by), most));
+}
+RTI_VEC void rti_f16_twos(rti_f16 a, rti_f16 b, float *p, const uint32_t at[16])
+{
+    const __m512 low = _mm512_unpacklo_ps(a, b), high = _mm512_unpackhi_ps(a, b);
+#define TWOS(i)                                                                                                                  \
+    {                                                                                                                            \
+        const __m128 x = _mm512_extractf32x4_ps(low, i), y = _mm512_extractf32x4_ps(high, i);                                    \
+        _mm_storel_pi((__m64 *)(void *)(p + at[4 * (i)]), x);                                                                    \
+        _mm_storeh_pi((__m64 *)(void *)(p + at[4 * (i) + 1]), x);                                                                \
+        _mm_storel_pi((__m64 *)(void *)(p + at[4 * (i) + 2]), y);                                                                \
+        _mm_storeh_pi((__m64 *)(void *)(p + at[4 * (i) + 3]), y);                                                                \
+    }
+    TWOS(0) TWOS(1) TWOS(2) TWOS(3)
+#undef TWOS
+}
+RTI_VEC void rti_f16_fours(rti_f16 a, rti_f16 b, rti_f16 c, rti_f16 d, float *p, const uint32_t at[16])
 {
     const __m512 ab0 = _mm512_unpacklo_ps(a, b), ab1 = _mm512_unpackhi_ps(a, b);
     const __m512 cd0 = _mm512_unpacklo_ps(c, d), cd1 = _mm512_unpackhi_ps(c, d);
     const __m512 r[4] = {PAIR(ab0, cd0, unpacklo), PAIR(ab0, cd0, unpackhi), PAIR(ab1, cd1, unpacklo), PAIR(ab1, cd1, unpackhi)};
     for (uint32_t k = 0; k < 4; k++) {
-        _mm_storeu_ps(to[k], _mm512_castps512_ps128(r[k]));
-        _mm_storeu_ps(to[4 + k], _mm512_extractf32x4_ps(r[k], 1));
-        _mm_storeu_ps(to[8 + k], _mm512_extractf32x4_ps(r[k], 2));
-        _mm_storeu_ps(to[12 + k], _mm512_extractf32x4_ps(r[k], 3));
+        _mm_storeu_ps(p + at[k], _mm512_castps512_ps128(r[k]));
+        _mm_storeu_ps(p + at[4 + k], _mm512_extractf32x4_ps(r[k], 1));
+        _mm_storeu_ps(p + at[8 + k], _mm512_extractf32x4_ps(r[k], 2));
+        _mm_storeu_ps(p + at[12 + k], _mm512_extractf32x4_ps(r[k], 3));
     }
 }
 RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
