@@ -35,6 +35,7 @@
 #define STREAM_NARROW (STREAM + STREAM / 4u) /* as many where a scratch is narrow: dense ones go a level or two */
 #define STREAM_SLOTS  (STREAM / 16u + 32u)   /* sixteens of a list's rays; what is read and written by vectors goes beyond */
 #define STREAM_TOLD   16384u                 /* rays of a batch of which is told which parts they may enter */
+#define STREAM_SPARED 8u                     /* as long as of so many lots one misses a part */
 #define STREAM_STACK  (RTK_BVH_STACK + RTK_BVH_WIDTH)
 
 /* A ray against boxes; t1 is where its best hit is, when that is nearer than where it leaves the part. */
@@ -96,7 +97,7 @@ typedef struct streams {
     const rtk_part *part;
     rtk_tree tree;
     uint8_t enters[STREAM_TOLD / RTI_SIMD]; /* which parts behind the first each RTI_SIMD rays may enter, of the batch's first */
-    rtk_u32 told;                           /* of how many */
+    rtk_u32 told, spared;                   /* of how many; how often one is not entered */
     rtk_u32 most;                           /* numbers in all lists of a stream */
     rtk_u32 turns;                          /* all octants' streams go by turns */
 } streams;
@@ -115,7 +116,7 @@ RTI_VEC void streams_begin(streams *a, const rtk_scene *scene, const rtk_trace_b
     a->scratch = scratch;
     a->most = scratch->narrow ? STREAM_NARROW : STREAM_LIST;
     memset(a->next, 0, sizeof a->next);
-    a->told = 0u;
+    a->told = a->spared = 0u;
 }
 
 RTI_VEC void streams_part(streams *a, const rtk_part *part, const rtk_tree *tree)

@@ -30,33 +30,36 @@ RTI_VEC vec stream_vec(vec_bits a)
     memcpy(&x, &a, sizeof x);
     return x;
 }
-RTI_VEC vec_bits stream_words(vmask of, vec_bits a, vec_bits b)
-{
-    const vec x = V(select)(of, stream_vec(a), stream_vec(b));
-    memcpy(&a, &x, sizeof a);
-    return a;
-}
 
 /* `lanes` join the streams of their octants, which have room for them; the others' places are behind all rays. */
 RTI_VEC void stream_places_of(streams *a, vec_whole octant, rtk_u32 lanes, stream_places *p)
 {
-    const vmask some = VM(of)(lanes);
-    vec_bits key = (vec_bits)octant, to = key;
 #ifdef RTI_PACK8
+    const vmask some = VM(of)(lanes);
+    const vec_bits behind = (vec_bits){0u} + STREAM;
+    vec_bits first = (vec_bits)octant * STREAM_WORDS, to;
     vec_rows rows;
-    memcpy(&rows, &key, sizeof rows);
+    vec x;
+    memcpy(&rows, &octant, sizeof rows);
     rows = VI(places)(rows, lanes, a->next);
     memcpy(&to, &rows, sizeof to);
-#else
-    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
-        to[i] = lanes >> i & 1u ? a->next[key[i]]++ : 0u;
-#endif
-    to = stream_words(some, to, (vec_bits){0u} + STREAM);
-    key = stream_words(some, key * STREAM_WORDS, (vec_bits){0u});
-    const vec_bits eight = key + to * 8u, four = key + to * 4u, two = key + to * 2u;
+    x = V(select)(some, stream_vec(to), stream_vec(behind));
+    memcpy(&to, &x, sizeof to);
+    x = V(select)(some, stream_vec(first), V(set)(0.0f));
+    memcpy(&first, &x, sizeof first);
+    const vec_bits eight = first + to * 8u, four = first + to * 4u, two = first + to * 2u;
     memcpy(p->eight, &eight, sizeof eight);
     memcpy(p->four, &four, sizeof four);
     memcpy(p->two, &two, sizeof two);
+#else
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
+        const rtk_u32 live = lanes >> i & 1u, of = (rtk_u32)octant[i];
+        const rtk_u32 first = live ? of * STREAM_WORDS : 0u, to = live ? a->next[of]++ : STREAM;
+        p->eight[i] = first + to * 8u;
+        p->four[i] = first + to * 4u;
+        p->two[i] = first + to * 2u;
+    }
+#endif
 }
 
 #ifdef RTI_PACK8
@@ -178,6 +181,14 @@ RTI_VEC void stream_tell(streams *a, const stream_rays *r, rtk_u32 lanes, rtk_u3
     }
     a->enters[number / RTI_SIMD] = (uint8_t)parts;
     a->told = number + RTI_SIMD;
+    a->spared += parts != (2u << (g->part_count - 1u)) - 2u;
+}
+
+/* Is that worth it, for the rays from this one on? Bounces in a room enter all that is in it. */
+RTI_VEC int stream_tells(const streams *a, rtk_u32 number)
+{
+    return a->scene->groups->part_count > 1u && number == a->told && number < STREAM_TOLD &&
+           a->spared >= number / RTI_SIMD / STREAM_SPARED;
 }
 
 /* RTI_SIMD rays of the batch, `count` of them at most, join streams. again: something was asked for them before, and their hits
@@ -222,7 +233,7 @@ RTI_VEC rtk_u32 stream_load(streams *a, rtk_u32 mode, rtk_u32 number, rtk_u32 co
     }
     r.tmin = from.tmin;
     r.tmax = from.tmax;
-    if (!again && number < STREAM_TOLD && a->scene->groups->part_count > 1u)
+    if (!again && stream_tells(a, number))
         stream_tell(a, &r, lanes, number);
     packet_rays_key(&from, &r.kind, &r.key);
     lanes = packet_rays_enter(r.org, r.inv, r.tmin, r.tmax, lanes, a->part, &r.t0, &r.t1, &far);
