@@ -175,14 +175,12 @@ RTI_VEC void pencil_take(pencil *p, rtk_u32 mode, const tri_ray *r, const float 
         pencil_ask(p, mode, bundle, k + (rtk_u32)__builtin_ctz(ask), ref);
 }
 
-/* Triangle j of a block for the rays of some bundles, or those of them in `rays` (NULL: all). one: as the pencil's. */
-RTI_APART void pencil_triangle(pencil *p, rtk_u32 mode, const rtk_bvhblock *b, rtk_u32 j, rtk_u32 ref, pencil_bits bundles,
-                               const uint16_t *rays, int one)
+/* pencil_triangle, of corners in the rays' order of axes; org: of all rays, where `one` says so: what depends on that and on
+ * corners alone is then found once. */
+RTI_VEC void pencil_bundles(pencil *p, rtk_u32 mode, const float c[3][3], rtk_u32 ref, pencil_bits bundles, const uint16_t *rays,
+                            int one, const vec org[3])
 {
     const rtk_u32 x = p->kx, y = p->ky, z = p->kz;
-    const float c[3][3] = {{b->v0[x][j], b->v0[y][j], b->v0[z][j]},
-                           {b->v1[x][j], b->v1[y][j], b->v1[z][j]},
-                           {b->v2[x][j], b->v2[y][j], b->v2[z][j]}};
     const vec v0[3] = {V(set)(c[0][0]), V(set)(c[0][1]), V(set)(c[0][2])};
     const vec v1[3] = {V(set)(c[1][0]), V(set)(c[1][1]), V(set)(c[1][2])};
     const vec v2[3] = {V(set)(c[2][0]), V(set)(c[2][1]), V(set)(c[2][2])};
@@ -195,9 +193,9 @@ RTI_APART void pencil_triangle(pencil *p, rtk_u32 mode, const rtk_bvhblock *b, r
             const rtk_u32 lanes = live >> k & LANES_ALL;
             if (PENCIL_HALVES > 1u && lanes == 0u)
                 continue;
-            const tri_ray r = {one ? V(set)(p->apex[0]) : V(load)(o[x] + k),
-                               one ? V(set)(p->apex[1]) : V(load)(o[y] + k),
-                               one ? V(set)(p->apex[2]) : V(load)(o[z] + k),
+            const tri_ray r = {one ? org[0] : V(load)(o[x] + k),
+                               one ? org[1] : V(load)(o[y] + k),
+                               one ? org[2] : V(load)(o[z] + k),
                                V(load)(p->slope[0][g] + k),
                                V(load)(p->slope[1][g] + k),
                                V(load)(d[z] + k),
@@ -210,6 +208,21 @@ RTI_APART void pencil_triangle(pencil *p, rtk_u32 mode, const rtk_bvhblock *b, r
                 pencil_take(p, mode, &r, c, i, k, ref, &hit);
         }
     }
+}
+
+/* Triangle j of a block for the rays of some bundles, or those of them in `rays` (NULL: all). one: as the pencil's. */
+RTI_APART void pencil_triangle(pencil *p, rtk_u32 mode, const rtk_bvhblock *b, rtk_u32 j, rtk_u32 ref, pencil_bits bundles,
+                               const uint16_t *rays, int one)
+{
+    const rtk_u32 x = p->kx, y = p->ky, z = p->kz;
+    const float c[3][3] = {{b->v0[x][j], b->v0[y][j], b->v0[z][j]},
+                           {b->v1[x][j], b->v1[y][j], b->v1[z][j]},
+                           {b->v2[x][j], b->v2[y][j], b->v2[z][j]}};
+    const vec org[3] = {V(set)(p->apex[0]), V(set)(p->apex[1]), V(set)(p->apex[2])};
+    if (one && !(mode & RTK_MODE_ANY))
+        pencil_bundles(p, mode, c, ref, bundles, rays, 1, org);
+    else
+        pencil_bundles(p, mode, c, ref, bundles, rays, one, org);
 }
 
 #ifdef RTI_PACK8
