@@ -37,12 +37,16 @@ function support.exists(path)
   return file ~= nil
 end
 
+-- A name of this run's; the file that comes with it is not wanted.
+local run = os.tmpname()
+os.remove(run)
+run = run:match "[^/]*$"
 local made = 0
 
 -- A new empty folder.
 function support.folder()
   made = made + 1
-  local path = ("%s/%s_%d"):format(root, os.tmpname():match "[^/]*$", made)
+  local path = ("%s/%s_%d"):format(root, run, made)
   assert(os.execute("mkdir -p " .. quote(path)))
   return path
 end
