@@ -142,6 +142,8 @@ local function measure(s, p, picture)
   local in_lua = type(s.measure) == "function"
   local raw = s.store and picture and (p.is_reference and s.store.path(reference_file(p)) or p.compared and s.store.path "reference/.image")
     or in_lua and not s.in_process and os.tmpname() or nil
+  local stays = s.store and picture and p.is_reference
+  local _ <close> = raw and not stays and setmetatable({}, { __close = function() os.remove(raw) end }) or nil
   request.image = s.store and picture and s.images and s.store.path(p.file) or nil
   request.raw, request.progress = raw, s.breathe
   request.measure = s.in_process and s.measure or s.base.measure_file
@@ -168,9 +170,6 @@ local function measure(s, p, picture)
   end
   if made then
     made:release()
-  end
-  if raw and not p.is_reference then
-    os.remove(raw)
   end
   return answer
 end

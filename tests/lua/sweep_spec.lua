@@ -176,6 +176,28 @@ describe("rt.sweep", function()
     end)
   end)
 
+  it("leaves no pixels behind, which go to `measure` by files", function()
+    support.in_folder(function(folder)
+      local path, names, tmpname = support.write(folder .. "/x.lua", SCRIPT), {}, os.tmpname
+      rawset(os, "tmpname", function()
+        names[#names + 1] = ("%s/pixels-%d"):format(folder, #names)
+        return names[#names]
+      end)
+      local ok, raised = pcall(function()
+        rt.sweep { scene = path, over = { radius = { 1 } }, measure = function() error "it has no size" end }
+        rt.sweep {
+          scene = path, over = { radius = { 1, 2 } }, runs = 2, reference = "radius=2", output = folder .. "/out", measure = function() return {} end,
+        }
+      end)
+      rawset(os, "tmpname", tmpname)
+      assert(ok, raised)
+      assert.is_true(#names >= 3)
+      for _, name in ipairs(names) do
+        assert(not core.file_stat(name), name .. " is still there")
+      end
+    end)
+  end)
+
   it("is described by code that runs", function()
     local file <close> = assert(io.open "docs/sweep.md")
     local count = 0
