@@ -10,7 +10,8 @@ enum { COLUMNS = 160, ROWS = 100, VERTICES = (COLUMNS + 1) * (ROWS + 1), FRAMES 
 static void blow(float *positions, float time)
 {
     for (int i = 0; i < VERTICES; ++i) {
-        float u = (float)(i % (COLUMNS + 1)) / COLUMNS, v = (float)(i / (COLUMNS + 1)) / ROWS;
+        const int column = i % (COLUMNS + 1), row = i / (COLUMNS + 1);
+        float u = (float)column / COLUMNS, v = (float)row / ROWS;
         float sway = u * (0.15f * sinf(9 * u - 7 * time + 2 * v) + 0.05f * sinf(17 * u - 11 * time));
         positions[3 * i] = 1.6f * u - 0.8f;
         positions[3 * i + 1] = v - 0.5f - 0.1f * u * u;

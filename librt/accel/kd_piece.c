@@ -201,6 +201,7 @@ static inline uint32_t sweep(const rti_bvh *t, const rti_ref *refs, const uint8_
     const uint32_t blocks = (count + RTK_BVH_BLOCK - 1) / RTK_BVH_BLOCK;
     uint32_t best = RTK_BVH_BLOCK;
     for (uint32_t k = 0; k < blocks; k++) {
+        /* NOLINTNEXTLINE(clang-analyzer-core.uninitialized.ArraySubscript): rank() set all of them; its places are vectors */
         block[k] = hull_ref(&refs[order[RTK_BVH_BLOCK * k]]);
         for (uint32_t i = RTK_BVH_BLOCK * k + 1; i < rtk_umin(RTK_BVH_BLOCK * (k + 1), count); i++)
             block[k] = hull_around(block[k], hull_ref(&refs[order[i]]));

@@ -77,7 +77,7 @@ bool rti_isa_runs(rti_isa isa)
     switch (isa) {
 #define COMPILED(name, level)                                                                                                    \
     case level:                                                                                                                  \
-        return level == RTI_ISA_GENERIC || machine_runs(isa);
+        return (level) == RTI_ISA_GENERIC || machine_runs(isa);
         RTI_ISA_EACH(COMPILED)
 #undef COMPILED
     default:

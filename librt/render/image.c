@@ -70,7 +70,7 @@ static void clear(const rt_image *image, uint32_t threads)
     rti_parallel(image->ctx, c.tasks, clear_rows, &c);
 }
 
-rt_status rti_image_make(rt_context *context, uint32_t width, uint32_t height, uint32_t threads, bool unseen, rt_image **image)
+rt_status rti_image_make(rt_context *ctx, uint32_t width, uint32_t height, uint32_t threads, bool unseen, rt_image **image)
 {
     static const char what[] = "rt_image_create";
     rt_image *made;
@@ -79,24 +79,23 @@ rt_status rti_image_make(rt_context *context, uint32_t width, uint32_t height, u
     rt_status status;
     if (image)
         *image = NULL;
-    status = rti_image_check_size(context, what, width, height);
+    status = rti_image_check_size(ctx, what, width, height);
     if (status == RT_OK && !image)
-        status = rti_fail(context, RT_ERROR_ARGUMENT, "%s: image is NULL; it receives the new image", what);
+        status = rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: image is NULL; it receives the new image", what);
     if (status == RT_OK)
-        status = rti_image_check_room(context, what, width, height, bytes);
+        status = rti_image_check_room(ctx, what, width, height, bytes);
     if (status != RT_OK)
         return status;
     if (bytes > SIZE_MAX)
-        return rti_fail(context, RT_ERROR_MEMORY, "%s: %u x %u pixels are more than this machine can address", what, width,
-                        height);
-    made = image_new(context, width, height);
+        return rti_fail(ctx, RT_ERROR_MEMORY, "%s: %u x %u pixels are more than this machine can address", what, width, height);
+    made = image_new(ctx, width, height);
     if (!made)
-        return rti_fail_memory(context, what, sizeof *made);
+        return rti_fail_memory(ctx, what, sizeof *made);
     made->size = (size_t)bytes;
-    made->pixels = rti_kept_take(context, RTI_KEPT_PICTURE, made->size, &used);
+    made->pixels = rti_kept_take(ctx, RTI_KEPT_PICTURE, made->size, &used);
     if (!made->pixels) {
-        rti_free(context, made, sizeof *made);
-        return rti_fail_memory(context, what, (size_t)bytes);
+        rti_free(ctx, made, sizeof *made);
+        return rti_fail_memory(ctx, what, (size_t)bytes);
     }
     if (!used || !unseen)
         clear(made, threads);

@@ -28,7 +28,7 @@
 #else
 #define STREAM 2048u
 #endif
-#define STREAM_FRONT  -3.402823466e38f /* where rays enter that need no order */
+#define STREAM_FRONT  (-3.402823466e38f) /* where rays enter that need no order */
 #define STREAM_FEW    1u
 #define STREAM_TURNED 16u /* rays of a list from which on they are turned, and each slot of a node meets sixteen */
 #define STREAM_LIST   (16u * STREAM - 64u)   /* numbers in all lists; rays for which there is no room go by themselves */
@@ -103,7 +103,6 @@ typedef struct streams {
 } streams;
 
 _Static_assert(sizeof(streams) <= RTI_TRACE_ROOM, "streams fit into a room");
-_Static_assert(STREAM_SLOTS >= STREAM / 16u + 32u, "vectors read and write 32 numbers behind a list");
 _Static_assert(STREAM_LIST + 32u <= 0xffffu && STREAM % PACKET == 0, "lists are told in sixteen bits; streams take packets");
 
 RTI_VEC void streams_begin(streams *a, const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,

@@ -32,7 +32,7 @@ RTI_VEC void stream_lows_end(rtk_u32 mode, const vec low[RTK_BVH_WIDTH], float l
 /* Sixteen rays, fields of stream_ray, against slot i of a node: those that enter it, and where each does. */
 RTI_VEC rtk_u32 stream_open_slot(const stream_planes *planes, rtk_u32 i, const vec r[8], vec *t0)
 {
-#define PLANE(side, axis) V(msub)(V(set)(planes->side[axis][i]), r[axis], r[3 + axis])
+#define PLANE(side, axis) V(msub)(V(set)(planes->side[axis][i]), r[axis], r[3 + (axis)])
     *t0 = V(max)(V(max)(PLANE(near, 0), PLANE(near, 1)), V(max)(PLANE(near, 2), r[6]));
     return VM(bits)(V(le)(*t0, V(min)(V(min)(PLANE(far, 0), PLANE(far, 1)), V(min)(PLANE(far, 2), r[7]))));
 #undef PLANE

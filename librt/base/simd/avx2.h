@@ -47,9 +47,9 @@ RTI_VEC rti_f8 rti_f8_madd(rti_f8 a, rti_f8 b, rti_f8 c)
 #define NEXT(v, m, i) ((v) * (1u + 255u * ((m) >> (i)&1u)) + (i) * ((m) >> (i)&1u))
 #define CHOSEN(m)                                                                                                                \
     NEXT(NEXT(NEXT(NEXT(NEXT(NEXT(NEXT(NEXT(UINT64_C(0), m, 7u), m, 6u), m, 5u), m, 4u), m, 3u), m, 2u), m, 1u), m, 0u)
-#define CHOSEN4(m)  CHOSEN(m), CHOSEN(m + 1u), CHOSEN(m + 2u), CHOSEN(m + 3u)
-#define CHOSEN16(m) CHOSEN4(m), CHOSEN4(m + 4u), CHOSEN4(m + 8u), CHOSEN4(m + 12u)
-#define CHOSEN64(m) CHOSEN16(m), CHOSEN16(m + 16u), CHOSEN16(m + 32u), CHOSEN16(m + 48u)
+#define CHOSEN4(m)  CHOSEN(m), CHOSEN((m) + 1u), CHOSEN((m) + 2u), CHOSEN((m) + 3u)
+#define CHOSEN16(m) CHOSEN4(m), CHOSEN4((m) + 4u), CHOSEN4((m) + 8u), CHOSEN4((m) + 12u)
+#define CHOSEN64(m) CHOSEN16(m), CHOSEN16((m) + 16u), CHOSEN16((m) + 32u), CHOSEN16((m) + 48u)
 static const uint64_t rti_chosen[256] = {CHOSEN64(0u), CHOSEN64(64u), CHOSEN64(128u), CHOSEN64(192u)};
 #undef CHOSEN64
 #undef CHOSEN16

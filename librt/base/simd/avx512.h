@@ -299,7 +299,7 @@ RTI_VEC void rti_f16_keep4(float *hit, float *end, const uint32_t hit_at[4], con
 #define KEEP(i)                                                                                                                  \
     {                                                                                                                            \
         const __m128 x = _mm512_extractf32x4_ps(r, i);                                                                           \
-        const __mmask8 m = take >> 4 * i & 15u ? 15 : 0;                                                                         \
+        const __mmask8 m = take >> 4 * (i) & 15u ? 15 : 0;                                                                       \
         _mm_mask_storeu_ps(hit + hit_at[i], m, x);                                                                               \
         _mm_mask_store_ss(end + end_at[i], m & 1, _mm512_extractf32x4_ps(last, i));                                              \
     }
