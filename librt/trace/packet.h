@@ -46,10 +46,10 @@ typedef uint32_t vec_bits __attribute__((vector_size(RTI_SIMD * sizeof(uint32_t)
 typedef uint16_t vec_short __attribute__((vector_size(RTI_SIMD * sizeof(uint16_t))));
 
 /* Numbers of lanes, and the words at which their records begin. */
-#define LANES_BY(n)                                                                                                              \
-    {                                                                                                                            \
-        0u, n, 2u * n, 3u * n, 4u * n, 5u * n, 6u * n, 7u * n, 8u * n, 9u * n, 10u * n, 11u * n, 12u * n, 13u * n, 14u * n,      \
-            15u * n                                                                                                              \
+#define LANES_BY(n)                                                                                                             \
+    {                                                                                                                           \
+        0u, (n), 2u * (n), 3u * (n), 4u * (n), 5u * (n), 6u * (n), 7u * (n), 8u * (n), 9u * (n), 10u * (n), 11u * (n), 12u * (n),\
+            13u * (n), 14u * (n), 15u * (n)                                                                                     \
     }
 static const rtk_u32 lane_ones[16] = LANES_BY(1u);
 static const rtk_u32 lane_fours[16] __attribute__((unused)) = LANES_BY(4u);

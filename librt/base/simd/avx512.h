@@ -122,11 +122,11 @@ RTI_VEC void rti_f16_corners(const float *v0, const float *v1, const float *v2, 
 {
 #define FIRST(x, y, z)                                                                                                           \
     {                                                                                                                            \
-        4 * x, 4 * y, 4 * z, 16 + 4 * x, 16 + 4 * y, 16 + 4 * z                                                                  \
+        4 * (x), 4 * (y), 4 * (z), 16 + 4 * (x), 16 + 4 * (y), 16 + 4 * (z)                                                     \
     }
 #define LAST(x, y, z)                                                                                                            \
     {                                                                                                                            \
-        0, 0, 0, 0, 0, 0, 4 * x, 4 * y, 4 * z                                                                                    \
+        0, 0, 0, 0, 0, 0, 4 * (x), 4 * (y), 4 * (z)                                                                             \
     }
     static const int32_t first[3][16] = {FIRST(1, 2, 0), FIRST(2, 0, 1), FIRST(0, 1, 2)};
     static const int32_t last[3][16] = {LAST(1, 2, 0), LAST(2, 0, 1), LAST(0, 1, 2)};
