@@ -60,6 +60,8 @@
  *   rti_f8_take(p, lanes)     p[lanes[i]] in lane i, numbers below 8
  * and where RTI_PACK is (AVX-512; N is 16):
  *   rti_f16_put(p, bits, a)   the chosen lanes of a side by side from p on, and nothing behind them
+ *   rti_u8_pairs(p, bits, a, b)
+ *                             the chosen lanes of a[8] and of b[8], in pairs, side by side from p on; all sixteen places are written
  *   rti_first(bits, n)        the lowest n of the bits, n less than 32
  *   rti_f16_mix(a, bits, b, lanes)
  *                             b's lanes lanes[i] modulo 16 where bits chooses lane i, else a's; rti_i16_load(p) loads such lanes

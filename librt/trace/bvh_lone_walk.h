@@ -23,25 +23,12 @@ RTI_VEC void lone_push(lone_word **top, const rtk_bvhnode *n, size_t slot, float
 }
 
 /* Of the slots in bits, of which there is one, the one that is entered first; the others wait, the nearest on top. */
-RTI_VEC size_t lone_choose(lone_word **top, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 bits, const float t[RTK_BVH_WIDTH])
+RTI_VEC size_t lone_choose(lone_word **top, const rtk_bvhnode *n, rtk_u32 bits, const float t[RTK_BVH_WIDTH])
 {
     const size_t first = (size_t)__builtin_ctz(bits);
     const rtk_u32 rest = bits & (bits - 1u);
     if (rest == 0u)
         return first;
-    if (mode & RTK_MODE_ANY) { /* whatever their order, which is fair (kernel/bvh.h) */
-#ifdef RTI_PACK8
-        lone_word *p = *top;
-        rti_f8_store(&p->t, rti_f8_set(-RTK_INF));
-        rti_u8_pack(&p[LONE_STACK].n, rest, n->child);
-        rti_u8_pack(&p[2 * LONE_STACK].n, rest, n->count);
-        *top = p + __builtin_popcount(rest);
-#else
-        for (rtk_u32 l = rest; l != 0u; l &= l - 1u)
-            lone_push(top, n, (size_t)__builtin_ctz(l), -RTK_INF);
-#endif
-        return first;
-    }
     const size_t second = (size_t)__builtin_ctz(rest);
     if ((rest & (rest - 1u)) == 0u) {
         const size_t far = t[second] < t[first] ? first : second;
@@ -118,29 +105,81 @@ static const lone_rows lone_sides[8] = {ROWS(LO, LO, LO), ROWS(HI, LO, LO), ROWS
 #undef LO_
 #undef HI_
 
-RTI_VEC int lone_walk_here(lone *l, rtk_u32 mode, int large)
+/* A ray as nodes are asked of it: in registers, which leaves have for themselves. */
+typedef struct lone_sight {
+    const char *nodes;
+    size_t in[3], out[3];
+    bvh_vec inv[3], start[3], t0, far;
+} lone_sight;
+RTI_VEC lone_sight lone_sight_of(const lone *l)
 {
-    const rtk_tree *tree = l->tree;
+    const lone_rows *rows = &lone_sides[l->back];
+    return (lone_sight){(const char *)l->tree->bvh,
+                        {rows->in[0], rows->in[1], rows->in[2]},
+                        {rows->out[0], rows->out[1], rows->out[2]},
+                        {NODE(set)(l->inv[0]), NODE(set)(l->inv[1]), NODE(set)(l->inv[2])},
+                        {NODE(set)(l->start[0]), NODE(set)(l->start[1]), NODE(set)(l->start[2])},
+                        NODE(set)(l->t0),
+                        NODE(set)(l->far)};
+}
+RTI_VEC const rtk_bvhnode *lone_node(const lone_sight *v, rtk_u32 at)
+{
+    return (const rtk_bvhnode *)(const void *)(v->nodes + (size_t)at * sizeof(rtk_bvhnode));
+}
+
+/* The slots of a node that the ray enters, and where. */
+RTI_VEC rtk_u32 lone_open(const lone_sight *v, const rtk_bvhnode *n, float t[RTK_BVH_WIDTH])
+{
+    const char *const p = (const char *)n;
+    rtk_u32 bits = 0u;
+    for (rtk_u32 h = 0u; h < RTK_BVH_WIDTH; h += NODE_N) {
+#define PLANE(side, k) NODE(msub)(NODE(load)((const float *)(const void *)(p + v->side[k]) + h), v->inv[k], v->start[k])
+        const bvh_vec t0 = NODE(max)(NODE(max)(PLANE(in, 0), PLANE(in, 1)), NODE(max)(PLANE(in, 2), v->t0));
+        const bvh_vec t1 = NODE(min)(NODE(min)(PLANE(out, 0), PLANE(out, 1)), NODE(min)(PLANE(out, 2), v->far));
+#undef PLANE
+        NODE(store)(t + h, t0);
+        bits |= node_bits(NODE(le)(t0, t1)) << h;
+    }
+    return bits;
+}
+
+/* Asks for what the slots hold, of a large tree. */
+RTI_VEC void lone_expect_slots(const lone *l, const rtk_bvhnode *n, rtk_u32 bits, int large)
+{
+    for (rtk_u32 w = large ? bits : 0u; w != 0u; w &= w - 1u)
+        bvh_expect(l->tree, n->child[__builtin_ctz(w)], n->count[__builtin_ctz(w)]);
+}
+
+/* Children and counts of a node's slots, those in bits, side by side. Returns the place behind them. */
+RTI_VEC rtk_u32 *lone_wait(rtk_u32 *top, rtk_u32 bits, const rtk_bvhnode *n)
+{
+#ifdef RTI_PACK
+    rti_u8_pairs(top, bits, n->child, n->count);
+    top += 2u * (rtk_u32)__builtin_popcount(bits);
+#else
+    for (; bits != 0u; bits &= bits - 1u) {
+        *top++ = n->child[__builtin_ctz(bits)];
+        *top++ = n->count[__builtin_ctz(bits)];
+    }
+#endif
+    return top;
+}
+
+RTI_VEC int lone_walk_first(lone *l, int large)
+{
     lone_stack s;
     lone_word *top = s.words + 1;
     rtk_u32 at, count;
     s.words[0].t = -RTK_INF;
     s.words[LONE_STACK].n = 0u;
     s.words[2 * LONE_STACK].n = 0u;
-    for (;;) { /* once a leaf: what nodes need is in registers, which leaves have for themselves */
-        const char *const nodes = (const char *)tree->bvh;
-        const lone_rows *rows = &lone_sides[l->back];
-        const size_t x0 = rows->in[0], y0 = rows->in[1], z0 = rows->in[2], x1 = rows->out[0], y1 = rows->out[1],
-                     z1 = rows->out[2];
-        const bvh_vec x = NODE(set)(l->inv[0]), y = NODE(set)(l->inv[1]), z = NODE(set)(l->inv[2]);
-        const bvh_vec sx = NODE(set)(l->start[0]), sy = NODE(set)(l->start[1]), sz = NODE(set)(l->start[2]);
-        const bvh_vec start = NODE(set)(l->t0), far = NODE(set)(l->far);
+    for (;;) { /* once a leaf */
+        const lone_sight v = lone_sight_of(l);
         const float end = l->far;
         do {
             do {
                 if (top == s.words) {
-                    if (!(mode & RTK_MODE_ANY))
-                        lone_settle(l);
+                    lone_settle(l);
                     return 0;
                 }
                 top--;
@@ -149,42 +188,69 @@ RTI_VEC int lone_walk_here(lone *l, rtk_u32 mode, int large)
             count = top[2 * LONE_STACK].n;
             while (count == 0u) {
                 float t[RTK_BVH_WIDTH];
-                const char *const p = nodes + (size_t)at * sizeof(rtk_bvhnode);
-                const rtk_bvhnode *const n = (const rtk_bvhnode *)(const void *)p;
-                rtk_u32 bits = 0u;
-                for (rtk_u32 h = 0u; h < RTK_BVH_WIDTH; h += NODE_N) {
-#define PLANE(row, inv, start) NODE(msub)(NODE(load)((const float *)(const void *)(p + (row)) + h), inv, start)
-                    const bvh_vec t0 =
-                        NODE(max)(NODE(max)(PLANE(x0, x, sx), PLANE(y0, y, sy)), NODE(max)(PLANE(z0, z, sz), start));
-                    const bvh_vec t1 = NODE(min)(NODE(min)(PLANE(x1, x, sx), PLANE(y1, y, sy)), NODE(min)(PLANE(z1, z, sz), far));
-#undef PLANE
-                    NODE(store)(t + h, t0);
-                    bits |= node_bits(NODE(le)(t0, t1)) << h;
-                }
+                const rtk_bvhnode *const n = lone_node(&v, at);
+                const rtk_u32 bits = lone_open(&v, n, t);
                 if (bits == 0u)
                     break;
-                for (rtk_u32 w = large ? bits : 0u; w != 0u; w &= w - 1u)
-                    bvh_expect(tree, n->child[__builtin_ctz(w)], n->count[__builtin_ctz(w)]);
-                const size_t i = lone_choose(&top, mode, n, bits, t);
+                lone_expect_slots(l, n, bits, large);
+                const size_t i = lone_choose(&top, n, bits, t);
                 at = n->child[i];
                 count = n->count[i];
             }
         } while (count == 0u);
-        if (at >= 4u * tree->block_count ? lone_refs(l, mode, at, count)
-                                         : (mode & RTK_MODE_ANY ? lone_leaf_any : lone_leaf_closest)(l, at, count))
+        if (at >= 4u * l->tree->block_count ? lone_refs(l, 0u, at, count) : lone_leaf_closest(l, at, count))
             return 1;
     }
 }
 
-#define LONE_WALK(name, mode, large)                                                                                             \
+/* Any hit asks for no order but that of slots, which is fair (kernel/bvh.h): what waits are pairs of a child and a count. */
+RTI_VEC int lone_walk_some(lone *l, int large)
+{
+    rtk_u32 stack[2u * LONE_STACK], *top = stack, at = 0u, count = 0u;
+    for (;;) { /* once a leaf */
+        const lone_sight v = lone_sight_of(l);
+        while (count == 0u) {
+            float t[RTK_BVH_WIDTH];
+            const rtk_bvhnode *const n = lone_node(&v, at);
+            const rtk_u32 bits = lone_open(&v, n, t);
+            if (bits == 0u) {
+                if (top == stack)
+                    return 0;
+                top -= 2;
+                at = top[0];
+                count = top[1];
+                continue;
+            }
+            lone_expect_slots(l, n, bits, large);
+            const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), rest = bits & (bits - 1u), more = rest & (rest - 1u);
+            if (more != 0u)
+                top = lone_wait(top, more, n);
+            if (rest != 0u) { /* most often the only one, and soon asked for */
+                *top++ = n->child[__builtin_ctz(rest)];
+                *top++ = n->count[__builtin_ctz(rest)];
+            }
+            at = n->child[i];
+            count = n->count[i];
+        }
+        if (at >= 4u * l->tree->block_count ? lone_refs(l, RTK_MODE_ANY, at, count) : lone_leaf_any(l, at, count))
+            return 1;
+        if (top == stack)
+            return 0;
+        top -= 2;
+        at = top[0];
+        count = top[1];
+    }
+}
+
+#define LONE_WALK(name, walk, large)                                                                                             \
     RTI_APART int name(lone *l)                                                                                                  \
     {                                                                                                                            \
-        return lone_walk_here(l, mode, large);                                                                                   \
+        return walk(l, large);                                                                                                   \
     }
-LONE_WALK(lone_walk_closest, 0u, 0)
-LONE_WALK(lone_walk_closest_large, 0u, 1)
-LONE_WALK(lone_walk_any, RTK_MODE_ANY, 0)
-LONE_WALK(lone_walk_any_large, RTK_MODE_ANY, 1)
+LONE_WALK(lone_walk_closest, lone_walk_first, 0)
+LONE_WALK(lone_walk_closest_large, lone_walk_first, 1)
+LONE_WALK(lone_walk_any, lone_walk_some, 0)
+LONE_WALK(lone_walk_any_large, lone_walk_some, 1)
 #undef LONE_WALK
 
 /* The walk, from *l on. Returns 1 when any hit was asked for, and there is one. */

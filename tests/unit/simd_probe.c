@@ -181,6 +181,8 @@ int RTI_ISA_FN(simd_packed)(const float a[16], uint32_t bits, const uint32_t num
     float each[64];
     for (int i = 0; i < 64; i++)
         each[i] = (float)i;
+    const uint32_t count[8] = {1, 2, 3, 4, 5, 6, 7, 8};
+    rti_u8_pairs(out->pairs, bits & 255u, numbers, count);
     rti_f16_store(out->fourths, rti_f16_fourths(each));
     for (uint32_t z = 0; z < 3; z++)
         rti_f16_corners(a, a + 1, a + 2, z, out->three[z]);

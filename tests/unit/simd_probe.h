@@ -28,6 +28,7 @@ typedef struct simd_packed {
     float twos[16][2];                      /* rti_fN_twos of a and -a, the last first */
     uint32_t keys[16], places[16], next[8]; /* rti_iN_places of those by bits, and what is next to `numbers` */
     float fourths[16];                      /* rti_f16_fourths of 0 to 63 */
+    uint32_t pairs[16];                     /* rti_u8_pairs of numbers and of 1 to 8 */
     float three[3][16];                     /* rti_f16_corners of a, a + 1, a + 2, each z */
     uint16_t chosen[16];                 /* rti_u16_put of the numbers 0 to 15 by bits */
     uint32_t chosen_count;

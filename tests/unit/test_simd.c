@@ -258,6 +258,16 @@ static void check_records(const float a[16], uint32_t bits, const uint32_t at[4]
     }
 }
 
+static void check_pairs(uint32_t bits, const uint32_t numbers[8], const simd_packed *p)
+{
+    uint32_t n = 0u;
+    for (uint32_t i = 0u; i < 8u; i++)
+        if (bits >> i & 1u) {
+            assert_int_equal(p->pairs[n++], numbers[i]);
+            assert_int_equal(p->pairs[n++], i + 1u);
+        }
+}
+
 static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,
                                 simd_packed *out))
 {
@@ -291,6 +301,7 @@ static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t
         check_lanes(a, bits, at[0], from, &p);
         check_many(from, &p);
         check_bounds(a, &p);
+        check_pairs(bits, numbers, &p);
     }
 }
 

@@ -82,6 +82,13 @@ RTI_VEC rti_i16 rti_i16_load(const uint32_t *p)
 {
     return _mm512_loadu_si512((const void *)p);
 }
+RTI_VEC void rti_u8_pairs(uint32_t *p, uint32_t bits, const uint32_t *a, const uint32_t *b)
+{
+    const __m512i turn = _mm512_setr_epi32(0, 8, 1, 9, 2, 10, 3, 11, 4, 12, 5, 13, 6, 14, 7, 15);
+    const __m512i both = _mm512_inserti64x4(_mm512_castsi256_si512(_mm256_loadu_si256((const __m256i *)(const void *)a)),
+                                            _mm256_loadu_si256((const __m256i *)(const void *)b), 1);
+    _mm512_storeu_si512((void *)p, _mm512_maskz_compress_epi64((__mmask8)bits, _mm512_permutexvar_epi32(turn, both)));
+}
 RTI_VEC void rti_i16_store(uint32_t *p, rti_i16 a)
 {
     _mm512_storeu_si512((void *)p, a);
