@@ -1,5 +1,5 @@
 -- What the tests of the program share: running it with exact arguments, files of their own, reading what it wrote.
--- RTRAY is the program, RTRAY_SOURCE the source tree, RTRAY_TMP a folder that may be filled.
+-- RTRAY is the program, RTRAY_SOURCE the source tree, RTRAY_TMP a folder of this spec's alone, emptied first.
 
 local support = {}
 
@@ -37,16 +37,14 @@ function support.exists(path)
   return file ~= nil
 end
 
--- A name of this run's; the file that comes with it is not wanted.
-local run = os.tmpname()
-os.remove(run)
-run = run:match "[^/]*$"
+-- What the last run left, for whoever wants to look at a failure.
+assert(os.execute("rm -rf " .. quote(root)))
 local made = 0
 
 -- A new empty folder.
 function support.folder()
   made = made + 1
-  local path = ("%s/%s_%d"):format(root, run, made)
+  local path = ("%s/%d"):format(root, made)
   assert(os.execute("mkdir -p " .. quote(path)))
   return path
 end
