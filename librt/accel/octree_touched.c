@@ -13,20 +13,24 @@
  * all of a sum; LOST_NORMAL is multiplied as the normal's own roundings are. */
 #define LOST        1e-42f
 #define LOST_NORMAL 1e-38f
+/* Products of three coordinates of 1e13 and more do not fit floats: where they come near to that, nothing is told by them. */
+#define MUCH 1e38f
 
 /* Of each child, whose plane does not pass it. e, f: two edges; v: a vertex. */
 static inline void by_plane(const rti_octree_middle *m, const lanes e[3], const lanes f[3], const lanes v[3], yes out[8])
 {
-    lanes d[3], h[3], reach[3];
+    lanes d[3], h[3], reach[3], size = V(set)(0.0f);
     for (uint32_t a = 0; a < 3; a++) {
         const uint32_t b = (a + 1) % 3, g = (a + 2) % 3;
         const lanes x = e[b] * f[g], y = e[g] * f[b], n = x - y;
         const lanes lost = V(abs)(x) + V(abs)(y) + V(set)(LOST_NORMAL), half = V(set)(m->half[a]);
         d[a] = n * v[a];
         h[a] = n * half;
+        size = size + (V(abs)(d[a]) + V(abs)(h[a]));
         reach[a] = V(abs)(n) * V(set)(m->room[a]) + lost * (V(abs)(v[a]) + half) * V(set)(2.0e-6f);
     }
-    const lanes most = (reach[0] + reach[1] + reach[2]) + V(set)(LOST), mid = d[0] + d[1] + d[2];
+    const lanes near = (reach[0] + reach[1] + reach[2]) + V(set)(LOST), mid = d[0] + d[1] + d[2];
+    const lanes most = V(select)(V(lt)(size, V(set)(MUCH)), near, V(set)(RTK_INF));
     const lanes up = mid + h[0], down = mid - h[0], s[4] = {up + h[1], down + h[1], up - h[1], down - h[1]};
     for (uint32_t i = 0; i < 4; i++) {
         out[i] = V(lt)(most, V(abs)(s[i] + h[2]));

@@ -4,22 +4,23 @@
 
 #include "generate.h"
 
-rt_status test_parts_init(test_parts *p, test_world *w, uint32_t triangles, float size)
+rt_status test_parts_init(test_parts *p, test_world *w, uint32_t parts, float by, uint32_t triangles, float size)
 {
     static const uint32_t builders[TEST_TREES] = {RTI_BUILD_KD_BINNED, RTI_BUILD_OCTREE, RTI_BUILD_BVH};
     uint32_t first = 0;
+    float place = 1.0f;
     rt_status status;
-    *p = (test_parts){.list = calloc(2 * (size_t)triangles, sizeof *p->list)};
+    *p = (test_parts){.list = calloc(parts * (size_t)triangles, sizeof *p->list)};
     if (!p->list)
         return RT_ERROR_MEMORY;
-    for (uint32_t i = 0; i < 2; i++) {
+    for (uint32_t i = 0; i < parts; i++, place *= by) {
         test_mesh_soup(&p->mesh[i], triangles, size, 5 + i);
-        test_mesh_place(&p->mesh[i], i ? 0.01f : 1.0f, 0.0f);
+        test_mesh_place(&p->mesh[i], place, 0.0f);
         test_world_mesh(w, 0, &p->mesh[i], 0xffffffffu);
     }
     status = test_world_commit(w, NULL);
-    w->groups[0].part_count = 2;
-    for (uint32_t i = 0; i < 2 && status == RT_OK; i++) {
+    w->groups[0].part_count = parts;
+    for (uint32_t i = 0; i < parts && status == RT_OK; i++) {
         const rti_build_input in = test_input(&p->mesh[i]);
         rtk_part *part = &w->groups[0].parts[i];
         rtk_tree *trees[TEST_TREES] = {&part->kdtree, &part->octree, &part->bvh};
@@ -47,7 +48,7 @@ rt_status test_parts_init(test_parts *p, test_world *w, uint32_t triangles, floa
 
 void test_parts_free(test_parts *p, test_world *w)
 {
-    for (uint32_t i = 0; i < 2; i++) {
+    for (uint32_t i = 0; i < RTK_PARTS; i++) {
         for (uint32_t k = 0; k < TEST_TREES; k++)
             rti_free(w->ctx, p->chunks[i][k], p->sizes[i][k]);
         test_mesh_free(&p->mesh[i]);

@@ -9,7 +9,7 @@
 
 enum { RAYS = 512, MOST = 48, KINDS = 5 };
 
-static const float scales[] = {1.0f, 5e-3f, 1e-12f, 1e-20f, 1e-26f, 1e-31f, 1e-37f, 1e-41f};
+static const float scales[] = {2.5e11f, 1.0f, 5e-3f, 1e-12f, 1e-20f, 1e-26f, 1e-31f, 1e-37f, 1e-41f};
 
 typedef struct world {
     float corners[9 * MOST];

@@ -348,7 +348,7 @@ static void with_parts(uint32_t triangles, float size, uint32_t rounds, uint32_t
     test_parts parts;
     test_world w;
     test_world_init(&w, ctx);
-    assert_int_equal(test_parts_init(&parts, &w, triangles, size), RT_OK);
+    assert_int_equal(test_parts_init(&parts, &w, 2, 0.01f, triangles, size), RT_OK);
     sweep(&w, rounds, batch, what, least);
     test_parts_free(&parts, &w);
     rt_context_destroy(ctx);

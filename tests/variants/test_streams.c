@@ -16,14 +16,15 @@
 #include "support/rays.h"
 
 #define MOST (8192u + 2048u)
-#define FEW  2048u /* for what brute force takes long for */
+#define LONG 20480u /* longer than what is told about parts */
+#define FEW  2048u  /* for what brute force takes long for */
 
 typedef struct answers {
-    rtk_hit_block hits[MOST / RTK_BLOCK];
-    uint16_t occluded[MOST / RTK_BLOCK];
+    rtk_hit_block hits[LONG / RTK_BLOCK];
+    uint16_t occluded[LONG / RTK_BLOCK];
 } answers;
 
-static rtk_trace_block rays[MOST / RTK_BLOCK];
+static rtk_trace_block rays[LONG / RTK_BLOCK];
 static answers brute, other;
 
 /* What the rays are. near: so far from the middle do runs of 256 start, each run within a thousandth of that; 0: rays start
@@ -31,7 +32,7 @@ static answers brute, other;
 typedef struct kind {
     const char *what;
     float near, size;
-    bool octant;   /* all point into one */
+    uint32_t octant; /* all point into octant `octant` - 1; 0: everywhere */
     uint32_t mask; /* of the geometry; one that is not full keeps rays from the quickest ways */
     bool plane;
     uint32_t count, least, most; /* how many rays, and of how many there are to be hits */
@@ -44,10 +45,9 @@ enum way { ROOM, TURNS, NARROW, ALONE, WAYS }; /* with a room, by turns in it, w
 static void fill(const kind *of, uint64_t seed)
 {
     const float near = of->near, size = of->size;
-    const bool octant = of->octant;
     test_rng rng = {seed};
     float middle[3] = {0};
-    for (uint32_t i = 0; i < MOST; i++) {
+    for (uint32_t i = 0; i < LONG; i++) {
         rtk_trace_block *b = &rays[i / RTK_BLOCK];
         const uint32_t k = i % RTK_BLOCK;
         float *org[3] = {&b->ox[k], &b->oy[k], &b->oz[k]}, *dir[3] = {&b->dx[k], &b->dy[k], &b->dz[k]};
@@ -55,9 +55,11 @@ static void fill(const kind *of, uint64_t seed)
             if (near > 0.0f && i % 256 == 0)
                 middle[a] = test_range(&rng, -near, near);
             *org[a] = near > 0.0f ? middle[a] + 1e-3f * test_range(&rng, -near, near) : test_range(&rng, -size, size);
-            *dir[a] = test_range(&rng, octant ? 0.001f : -1.0f, 1.0f);
+            *dir[a] = test_range(&rng, of->octant ? 0.001f : -1.0f, 1.0f);
+            if (of->octant && (of->octant - 1) >> a & 1u)
+                *dir[a] = -*dir[a];
         }
-        b->tmin[k] = 0.0f;
+        b->tmin[k] = i % 7 == 3 ? (i % 2 ? -INFINITY : -size) : 0.0f;
         b->tmax[k] = i % 5 ? RTK_INF : test_range(&rng, 0.0f, 2.0f);
         b->mask[k] = i % 97 ? 0xffffffffu : 0u;
         if (i % 101 == 0)
@@ -167,7 +169,8 @@ static void test_room_of_triangles(void **state)
 {
     const kind kinds[] = {
         {.what = "rays beside each other", .near = 0.5f, .mask = ALL, .count = MOST, .least = MOST / 2, .most = MOST},
-        {.what = "into one octant", .near = 0.5f, .octant = true, .mask = ALL, .count = MOST, .least = MOST / 2, .most = MOST},
+        {.what = "into the first octant", .near = 0.5f, .octant = 1, .mask = ALL, .count = MOST, .least = MOST / 2, .most = MOST},
+        {.what = "into the last octant", .near = 0.5f, .octant = 8, .mask = ALL, .count = MOST, .least = MOST / 2, .most = MOST},
         {.what = "beside each other, masks", .near = 0.5f, .mask = 0x7fffffffu, .count = FEW, .least = FEW / 2, .most = FEW},
         {.what = "beside a plane", .near = 0.5f, .mask = ALL, .plane = true, .count = FEW, .least = FEW / 2, .most = FEW},
         {.what = "rays all over", .size = 1.5f, .mask = ALL, .count = MOST, .least = MOST / 4, .most = MOST}};
@@ -198,25 +201,26 @@ static void test_emptiness(void **state)
     test_mesh_free(&m);
 }
 
-/* Parts with trees of their own: rays that meet both, and ones of which few come near the smaller one. */
-static void test_two_sizes(void **state)
+/* Parts with trees of their own: rays of which few come near the smaller ones, and ones that meet all. */
+static void test_sizes(void **state)
 {
     const kind kinds[] = {
-        {.what = "two sizes, beside each other", .near = 0.01f, .mask = ALL, .count = MOST, .least = MOST / 2, .most = MOST},
-        {.what = "two sizes, all over", .size = 1.5f, .mask = ALL, .count = MOST, .least = MOST / 4, .most = MOST},
-        {.what = "two sizes, far away", .size = 40.0f, .mask = ALL, .count = MOST, .least = 1, .most = MOST / 4},
-        {.what = "two sizes, a plane", .near = 0.01f, .mask = ALL, .plane = true, .count = FEW, .least = FEW / 2, .most = FEW}};
+        {.what = "sizes, far away", .size = 40.0f, .mask = ALL, .count = LONG, .least = 1, .most = LONG / 4},
+        {.what = "sizes, beside each other", .near = 0.05f, .mask = ALL, .count = LONG, .least = LONG / 2, .most = LONG},
+        {.what = "sizes, all over", .size = 1.5f, .mask = ALL, .count = LONG, .least = LONG / 4, .most = LONG},
+        {.what = "sizes, a plane", .near = 0.05f, .mask = ALL, .plane = true, .count = FEW, .least = FEW / 2, .most = FEW}};
     (void)state;
-    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+    for (size_t i = 0; i < 2 * sizeof kinds / sizeof *kinds; i++) {
+        const kind *of = &kinds[i / 2];
         rt_context *ctx = context();
         test_parts parts;
         test_world w;
         test_world_init(&w, ctx);
-        if (kinds[i].plane)
+        if (of->plane)
             below(&w);
-        assert_int_equal(test_parts_init(&parts, &w, 400, 0.3f), RT_OK);
-        fill(&kinds[i], 11);
-        sweep(&w.scene, &kinds[i]);
+        assert_int_equal(test_parts_init(&parts, &w, i % 2 ? RTK_PARTS : 2, i % 2 ? 0.1f : 0.01f, 300, 0.3f), RT_OK);
+        fill(of, 11);
+        sweep(&w.scene, of);
         test_parts_free(&parts, &w);
         rt_context_destroy(ctx);
     }
@@ -227,7 +231,7 @@ static void test_no_room(void **state)
 {
     const kind kinds[] = {{.what = "no room",
                            .near = 0.5f,
-                           .octant = true,
+                           .octant = 6,
                            .mask = ALL,
                            .count = MOST,
                            .least = MOST / 2,
@@ -275,10 +279,33 @@ static void test_denormal(void **state)
     }
 }
 
+/* Coordinates whose products of three fit no float: beyond what scenes take (1e12), within what the kernels promise. */
+static void test_huge(void **state)
+{
+    const float scales[] = {1e12f, 3e12f, 4e12f, 6e12f, 9e12f, 2e13f, 1e15f, 1e17f};
+    (void)state;
+    for (size_t i = 0; i < sizeof scales / sizeof *scales; i++) {
+        const kind of = {.what = "huge",
+                         .size = 1.5f,
+                         .mask = ALL,
+                         .count = FEW,
+                         .least = FEW / 4,
+                         .most = FEW,
+                         .shrink = scales[i],
+                         .length = 1.0f};
+        test_mesh m = {0};
+        test_mesh_soup(&m, 600, 0.02f, 5);
+        test_mesh_soup(&m, 40, 2.0f, 6);
+        test_mesh_place(&m, scales[i], 0.0f);
+        with_mesh(&m, &of);
+        test_mesh_free(&m);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_room_of_triangles), cmocka_unit_test(test_emptiness),
-                                       cmocka_unit_test(test_two_sizes), cmocka_unit_test(test_no_room),
-                                       cmocka_unit_test(test_denormal)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_room_of_triangles), cmocka_unit_test(test_emptiness), cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_no_room),           cmocka_unit_test(test_denormal),  cmocka_unit_test(test_huge)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
