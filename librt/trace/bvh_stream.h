@@ -35,7 +35,7 @@
 #define STREAM_NARROW (STREAM + STREAM / 4u) /* as many where a scratch is narrow: dense ones go a level or two */
 #define STREAM_SLOTS  (STREAM / 16u + 32u)   /* sixteens of a list's rays; what is read and written by vectors goes beyond */
 #define STREAM_TOLD   16384u                 /* rays of a batch of which is told which parts they may enter */
-#define STREAM_SPARED 8u                     /* as long as of so many lots one misses a part */
+#define STREAM_SPARED 8u                     /* as long as of so many times RTI_SIMD rays one misses a part */
 #define STREAM_STACK  (RTK_BVH_STACK + RTK_BVH_WIDTH)
 
 /* A ray against boxes; t1 is where its best hit is, when that is nearer than where it leaves the part. */
@@ -62,7 +62,7 @@ typedef struct stream_hit {
  */
 #define STREAM_WHO(mode) ((mode)&RTK_MODE_ANY ? 2u : 4u)
 
-#define STREAM_PLACES (STREAM + 8u) /* what lanes without a ray write stands behind the rays */
+#define STREAM_PLACES (STREAM + 8u) /* behind the rays stands what lanes without one write, in octant 0, and vectors read */
 
 typedef struct stream {
     _Alignas(64) stream_ray ray[STREAM_PLACES];

@@ -168,8 +168,8 @@ RTI_VEC uint64_t stream_join(streams *a, rtk_u32 mode, const packet *p, uint64_t
     return left;
 }
 
-/* Which parts behind the first some of RTI_SIMD rays may enter: none that rays from anywhere miss (packet_rays_pass) is entered
- * by others, for whom its box is smaller. */
+/* Which parts behind the first some of RTI_SIMD rays may enter: packet_rays_pass asks for a box that holds the part's, wherever a
+ * ray starts, so who misses that does not enter the part. */
 RTI_VEC void stream_tell(streams *a, const stream_rays *r, rtk_u32 lanes, rtk_u32 number)
 {
     const rtk_group *g = a->scene->groups;

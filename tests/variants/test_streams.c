@@ -33,7 +33,7 @@ typedef struct kind {
     const char *what;
     float near, size;
     uint32_t octant; /* all point into octant `octant` - 1; 0: everywhere */
-    uint32_t mask; /* of the geometry; one that is not full keeps rays from the quickest ways */
+    uint32_t mask;   /* of the geometry; one that is not full keeps rays from the quickest ways */
     bool plane;
     uint32_t count, least, most; /* how many rays, and of how many there are to be hits */
     bool crowded;                /* lists of the BVH's streams find no room where they are few */
