@@ -55,12 +55,22 @@ describe("--limit", function()
       for i = 1, #x do x[i] = i * 7919.37 % 1000 end
       return scene { settings = { accel = "kdtree", builder = "exact", width = 8, height = 6 }, rt.spheres { centers = x, radius = 6 } }]]
     local r
-    for _, seconds in ipairs { 1, 2, 3, 4, 6, 8, 12 } do -- the script before and the render behind the build take their time, too
-      r = run(lines, ("time=%ds"):format(seconds))
+    local low, time, high = 100, 2000, 16000 -- milliseconds: the script before and the render behind the build take their time, too
+    for _ = 1, 20 do
+      r = run(lines, ("time=%dms"):format(time))
       if r.err:find("ran out in the build of the trees", 1, true) then
         assert.equal(1, r.status, r.err)
         return
       end
+      if r.err:find("ran out in the script", 1, true) then
+        low = time
+      else
+        high = time
+      end
+      if high - low < 100 then -- the machine's pace has changed meanwhile
+        low, high = 100, 16000
+      end
+      time = (low + high) // 2
     end
     error(r.err)
   end)
