@@ -12,7 +12,9 @@
 #include <stdint.h>
 
 #if defined(__x86_64__) || defined(__i386__)
+#ifndef LIBRT_EMULATED /* there they have been included, under other names */
 #include <xmmintrin.h>
+#endif
 #elif !defined(__aarch64__)
 #include <fenv.h>
 #endif

@@ -53,6 +53,24 @@ FUSED(emulated_fma16, __m512, 16)
 #define _mm512_maskz_fmadd_ps(k, a, b, c) emulated_fma16(a, b, c)
 #define _mm512_maskz_fmsub_ps(k, a, b, c) emulated_fma16(a, b, -(c))
 
+EMULATED __m512i _mm512_maskz_sllv_epi32(__mmask16 k, __m512i a, __m512i b)
+{
+    LANES(uint32_t, 16, x, a);
+    LANES(uint32_t, 16, y, b);
+    for (int i = 0; i < 16; i++)
+        x[i] = CHOSEN(k, i) && y[i] < 32 ? x[i] << y[i] : 0;
+    VECTOR(__m512i, r, x);
+    return r;
+}
+/* Of b's lanes and a's behind them, sixteen from lane n on. */
+EMULATED __m512i _mm512_alignr_epi32(__m512i a, __m512i b, int n)
+{
+    uint32_t x[32];
+    memcpy(x, &b, sizeof b);
+    memcpy(x + 16, &a, sizeof a);
+    VECTOR(__m512i, r, x + n);
+    return r;
+}
 EMULATED __m256i _mm256_mask_min_epi32(__m256i s, __mmask8 k, __m256i a, __m256i b)
 {
     LANES(int32_t, 8, x, a);
