@@ -13,7 +13,7 @@
  * all of a sum; LOST_NORMAL is multiplied as the normal's own roundings are. */
 #define LOST        1e-42f
 #define LOST_NORMAL 1e-38f
-/* Products of three coordinates of 1e13 and more do not fit floats: where they come near to that, nothing is told by them. */
+/* Products of three coordinates of 4e12 and more may not fit floats: where they come near to that, nothing is told by them. */
 #define MUCH 1e38f
 
 /* Of each child, whose plane does not pass it. e, f: two edges; v: a vertex. */

@@ -12,7 +12,7 @@
 #include <stdint.h>
 
 #if defined(__x86_64__) || defined(__i386__)
-#ifndef LIBRT_EMULATED /* there they have been included, under other names */
+#ifndef LIBRT_EMULATED /* SIMDe stands for it there (tests/emulate) */
 #include <xmmintrin.h>
 #endif
 #elif !defined(__aarch64__)

@@ -165,7 +165,8 @@ RTI_VEC rtk_u32 *lone_wait(rtk_u32 *top, rtk_u32 bits, const rtk_bvhnode *n)
     return top;
 }
 
-RTI_VEC int lone_walk_first(lone *l, int large)
+/* The way to the closest hit. */
+RTI_VEC int lone_closest(lone *l, int large)
 {
     lone_stack s;
     lone_word *top = s.words + 1;
@@ -203,8 +204,9 @@ RTI_VEC int lone_walk_first(lone *l, int large)
     }
 }
 
-/* Any hit asks for no order but that of slots, which is fair (kernel/bvh.h): what waits are pairs of a child and a count. */
-RTI_VEC int lone_walk_some(lone *l, int large)
+/* The way to any hit, which asks for no order but that of slots, a fair one (kernel/bvh.h): what waits are pairs of a
+ * child and a count. */
+RTI_VEC int lone_any(lone *l, int large)
 {
     rtk_u32 stack[2u * LONE_STACK], *top = stack, at = 0u, count = 0u;
     for (;;) { /* once a leaf */
@@ -247,10 +249,10 @@ RTI_VEC int lone_walk_some(lone *l, int large)
     {                                                                                                                            \
         return walk(l, large);                                                                                                   \
     }
-LONE_WALK(lone_walk_closest, lone_walk_first, 0)
-LONE_WALK(lone_walk_closest_large, lone_walk_first, 1)
-LONE_WALK(lone_walk_any, lone_walk_some, 0)
-LONE_WALK(lone_walk_any_large, lone_walk_some, 1)
+LONE_WALK(lone_walk_closest, lone_closest, 0)
+LONE_WALK(lone_walk_closest_large, lone_closest, 1)
+LONE_WALK(lone_walk_any, lone_any, 0)
+LONE_WALK(lone_walk_any_large, lone_any, 1)
 #undef LONE_WALK
 
 /* The walk, from *l on. Returns 1 when any hit was asked for, and there is one. */

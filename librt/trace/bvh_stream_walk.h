@@ -3,6 +3,7 @@
 #define RTI_BVH_STREAM_WALK_H
 
 #include "bvh_stream_dense.h"
+#include "bvh_stream_end.h"
 
 /* ---- rays ---- */
 

@@ -219,7 +219,7 @@ RTI_APART void pencil_triangle(pencil *p, rtk_u32 mode, const rtk_bvhblock *b, r
                            {b->v1[x][j], b->v1[y][j], b->v1[z][j]},
                            {b->v2[x][j], b->v2[y][j], b->v2[z][j]}};
     const vec org[3] = {V(set)(p->apex[0]), V(set)(p->apex[1]), V(set)(p->apex[2])};
-    if (one && !(mode & RTK_MODE_ANY))
+    if (one && !(mode & RTK_MODE_ANY)) /* of any hits so few bundles meet a triangle that it is not worth it */
         pencil_bundles(p, mode, c, ref, bundles, rays, 1, org);
     else
         pencil_bundles(p, mode, c, ref, bundles, rays, one, org);

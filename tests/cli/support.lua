@@ -1,12 +1,12 @@
 -- What the tests of the program share: running it with exact arguments, files of their own, reading what it wrote.
--- RTRAY is the program, RTRAY_SOURCE the source tree, RTRAY_TMP a folder of this spec's alone, emptied first.
+-- RTRAY is the program, RTRAY_SOURCE the source tree, RTRAY_TMP a folder to make others in.
 
 local support = {}
 
 local program = assert(os.getenv "RTRAY", "RTRAY must name the program")
 support.program = program
 support.source = assert(os.getenv "RTRAY_SOURCE", "RTRAY_SOURCE must name the source tree")
-local root = assert(os.getenv "RTRAY_TMP", "RTRAY_TMP must name a folder to write into")
+local root = assert(os.getenv "RTRAY_TMP", "RTRAY_TMP must name a folder to write into") .. "/rtray-spec"
 
 -- A word of the shell with exactly these bytes.
 function support.quote(text)
