@@ -231,6 +231,14 @@ static void stream_ask(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rtk
     stream_ask_plain(a, s, l, mode, ref);
 }
 
+/* Whether ray l's best hit is of the triangle at a place: leaves of a kd-tree and of spatial splits repeat triangles, and what is
+ * put aside need not be asked because it is met again. */
+RTI_VEC int stream_is(const streams *a, const stream *s, rtk_u32 l, rtk_u32 place)
+{
+    const rtk_u32 late = s->hit[l].late;
+    return late != RTK_INVALID && a->tree.refs[late] == a->tree.refs[place];
+}
+
 /* The triangle at a place, which the leaf test's first half doubts. certain: it is a hit, no farther than `off` from t. */
 static void stream_doubt(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rtk_u32 place, rtk_u32 certain, float t, float off)
 {
@@ -255,7 +263,8 @@ static void stream_doubt(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, r
         return;
     }
     if (sure == 0 || within[1] >= s->hit[l].t || !(within[0] < within[1]) || !(within[0] < far)) {
-        stream_ask(a, s, l, mode, a->tree.refs[place]);
+        if (mode & RTK_MODE_ANY || !stream_is(a, s, l, place))
+            stream_ask(a, s, l, mode, a->tree.refs[place]);
         return;
     }
     s->hit[l].t = within[0];
@@ -278,7 +287,7 @@ RTI_VEC void stream_take(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, r
     } else if (t == h->t && !(h->t < far) && h->late != RTK_INVALID) { /* triangles stand in the order of hits */
         if (a->tree.refs[place] < a->tree.refs[h->late])
             *h = (stream_hit){t, u, v, place};
-    } else if (t <= far || t == h->t) { /* between the bounds, or as near: the order of hits decides */
+    } else if ((t <= far || t == h->t) && !stream_is(a, s, l, place)) { /* between the bounds, or as near: their order decides */
         stream_ask(a, s, l, mode, a->tree.refs[place]);
     }
 }
