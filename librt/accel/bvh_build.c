@@ -259,8 +259,9 @@ static bool split_range(const rti_bvh *t, const rti_bvh_range *r, rti_bvh_range 
     rti_bvh_bins bins;
     const rti_ref *refs = t->refs[r->buffer] + r->begin;
     float area = rti_bvh_area(t, r->box);
-    if (r->count == 1 || (r->count <= t->most && rti_bvh_leaf_cost(t, r->count) <= t->b->cost_traverse))
-        return false; /* no split can be cheaper */
+    if (r->count == 1 ||
+        (r->count <= t->most && !(t->blocks && area > t->finest_area) && rti_bvh_leaf_cost(t, r->count) <= t->b->cost_traverse))
+        return false; /* no split can be cheaper, or not by much */
     rti_bvh_split_begin(r, &s);
     t->kernels->bin(&s, refs, r->count, &bins);
     t->kernels->find(t, &bins, &s);
@@ -559,6 +560,8 @@ static void settle(rti_bvh *t)
         t, (rti_bvh_box){{b->in->lo[0], b->in->lo[1], b->in->lo[2], 0.0f}, {b->in->hi[0], b->in->hi[1], b->in->hi[2], 0.0f}});
     t->room = b->prim_count > 0 ? b->prim_count : 1;
     t->fine_area = 4.0f * t->root_area / (float)t->room; /* less is met by few rays, and most ranges are less */
+    t->finest_area = 5.0f * t->fine_area;
+    t->many_area = t->blocks ? 0.03f * t->root_area : RTK_INF;
     if (t->spatial) {
         const uint32_t most = RTI_REF_MAX / 2;
         t->room = (size_t)rtk_min((float)t->room * b->duplication + 16.0f, (float)most);

@@ -2,7 +2,7 @@
  * areas, of all ways there are (Wald, Boulos 2008 by sum of areas; Ylitie, Karras, Laine 2017 by this recurrence).
  *
  * cost(n, i) is the least for what is below n in at most i slots of one node:
- *     cost(n, 1) = the least of a leaf of all of it, where it may be one, and area(n) times a node + cost(n, 8)
+ *     cost(n, 1) = the least of a leaf of all of it, where it may be one, and a node + cost(n, 8)
  *     cost(n, i) = the least of cost(n, i - 1) and, over j, cost(left, j) + cost(right, i - j)
  * where in cost(n, 8), as a node's own slots, n is split in any case. Leaves of the binary tree may be smaller than they will be:
  * what is merged here was weighed against the nodes it would need.
@@ -63,7 +63,7 @@ static value leaf_value(const rti_bvh *t, uint32_t node)
 {
     const rti_bvh_node *n = &t->nodes[node];
     value v = {.count = n->count};
-    const float cost = n->count > 0 ? area_of(t, node) * rti_bvh_leaf_cost(t, n->count) : 0.0f;
+    const float cost = n->count > 0 ? rti_bvh_leaf_total(t, area_of(t, node), n->count) : 0.0f;
     for (uint32_t i = 0; i < SLOTS; i++)
         v.cost[i] = cost;
     const uint32_t look = rtk_umin(n->count, t->kd && t->b->in->box_count > 0 ? n->count : 1); /* a BVH's are of one kind */
@@ -109,9 +109,9 @@ static value inner_value(const cutting *job, uint32_t node, const value *left, c
     uint32_t cuts = right->count > left->count ? LARGER : 0u;
     combine(left, right, v.cost, at);
     at[SLOTS - 1] = at[SLOTS - 1] > 0 ? at[SLOTS - 1] : 1;
-    one = job->per_node + area * 2.0f * t->b->cost_traverse + v.cost[SLOTS - 1];
+    one = job->per_node + rti_bvh_node_total(t, area) + v.cost[SLOTS - 1];
     if (t->blocks && v.count <= RTI_BVH_MERGED && v.count <= t->most && v.tris != v.others) {
-        const float leaf = area * rti_bvh_leaf_cost(t, v.count);
+        const float leaf = rti_bvh_leaf_total(t, area, v.count);
         if (leaf <= one) {
             one = leaf;
             cuts |= MERGED;

@@ -58,6 +58,7 @@ rt_status rti_kd_widen(rt_context *ctx, const rti_build *b, double start, void *
     t.together = t.blocks ? 2 : 0;
     t.leaf_cost = b->cost_traverse; /* as of a BVH; what a triangle costs where cells are split says nothing of a block */
     t.most = RTI_BVH_MERGED;
+    t.many_area = RTK_INF; /* cells are small already: it makes no difference */
     t.top_count = rtk_umin(t.kd_count, TOP);
     t.unit = rti_bvh_unit(b->in);
     t.grow2 = rti_f4_set(0.0f);

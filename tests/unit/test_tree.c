@@ -259,8 +259,8 @@ static void test_hard_soups(void **state)
     rt_context_destroy(ctx);
 }
 
-/* Spatial splits halve the cost where slivers lie across small triangles, if planes are chosen by what they cut out of them, and
- * leave a mesh of small triangles as it is. */
+/* Spatial splits bring the cost down by two fifths where slivers lie across small triangles, if planes are chosen by what they
+ * cut out of them, and leave a mesh of small triangles as it is. */
 static void test_spatial(void **state)
 {
     rt_context *ctx = context(1);
@@ -283,11 +283,11 @@ static void test_spatial(void **state)
         rti_build_input in = test_input(&m[i]);
         for (int k = 0; k < 2; k++)
             h[k] = build(ctx, &in, &(rti_build_settings){.builder = k == 0 ? RTI_BUILD_BVH : RTI_BUILD_BVH_SPATIAL});
-        assert_true(h[0].sah_cost < (i == 0 ? 25.0f : 170.0f)); /* 27.6 and 196 if nodes open the largest slot (bvh_fold.c) */
+        assert_true(h[0].sah_cost < (i == 0 ? 25.0f : 110.0f)); /* 159 where slivers that lie apart share leaves */
         if (i == 0)
             assert_true(h[1].ref_count - h[1].filler_count <= 1.005 * m[i].count && h[1].sah_cost < 1.005f * h[0].sah_cost);
         else
-            assert_true(h[1].sah_cost < 0.48f * h[0].sah_cost && h[1].sah_cost < 75.0f); /* 79.7 when that ratio was 0.42 */
+            assert_true(h[1].sah_cost < 0.65f * h[0].sah_cost && h[1].sah_cost < 65.0f);
         test_mesh_free(&m[i]);
     }
     rt_context_destroy(ctx);
