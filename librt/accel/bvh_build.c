@@ -545,7 +545,7 @@ static rt_status build_binary(build *job, const rti_bvh_range *root)
 static void settle(rti_bvh *t)
 {
     const rti_build *b = t->b;
-    t->unit = rti_bvh_unit(b->in);
+    t->unit = rti_bvh_unit(b->in->lo, b->in->hi);
     t->grow2 = rti_f4_xyz(rti_f4_set(2.0f * b->in->grow));
     t->blocks = b->in->tri_count > 0 && b->builder != RTI_BUILD_BVH_COMPACT;
     t->depth = b->max_depth;

@@ -1,8 +1,8 @@
 /* What the files of the BVH's builder share. Private to accel/.
  *
  * The builder makes a binary tree first (bvh_build.c: levels of large ranges by all workers together, then the small ones a task
- * each; bvh_bins.c and bvh_spatial.c choose splits), then chooses what of it becomes slots of nodes of eight (bvh_fold.c), and
- * writes those (bvh_write.c). Everything that is decided depends on the references alone, never on who works on them.
+ * each; bvh_bins.c and bvh_spatial.c choose splits), then chooses what of it becomes slots of nodes of eight (bvh_fold.c),
+ * writes those (bvh_write.c), and puts their slots in order (bvh_order.c). Everything that is decided depends on the references alone, never on who works on them.
  */
 #ifndef RTI_BVH_BUILD_H
 #define RTI_BVH_BUILD_H
@@ -11,6 +11,7 @@
 
 #include "../kernel/bvh.h"
 #include "build.h"
+#include "bvh_order.h"
 #include "vectors.h"
 
 #define RTI_BVH_BINS 16u
@@ -108,15 +109,6 @@ typedef struct rti_bvh {
     size_t node_capacity;
     uint32_t top_count; /* nodes made before the parts; the parts' nodes stand behind them */
 } rti_bvh;
-
-/* What brings the longest side to 1. */
-static inline float rti_bvh_unit(const rti_build_input *in)
-{
-    float longest = 0.0f;
-    for (int a = 0; a < 3; a++)
-        longest = rtk_max(longest, in->hi[a] - in->lo[a]);
-    return longest > 1.0e-37f && longest <= 3.0e38f ? 1.0f / longest : 1.0f;
-}
 
 /* A box's sides as it is written, in units. */
 static inline rti_f4 rti_bvh_sides(const rti_bvh *t, rti_bvh_box b)

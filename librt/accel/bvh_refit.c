@@ -166,36 +166,9 @@ static double slot_area(const rtk_bvhnode *node, uint32_t slot)
     return area(lo, hi);
 }
 
-/* Slots descend in area again; equal ones stay as they were. */
-static void sort_slots(rtk_bvhnode *node)
+static void fit_nodes(const refit *r, rti_bvh_below *below)
 {
-    double areas[RTK_BVH_WIDTH];
-    uint32_t from[RTK_BVH_WIDTH], count = 0, moved = 0;
-    rtk_bvhnode old;
-    for (; count < RTK_BVH_WIDTH && !is_empty(node, count); count++) {
-        double own = slot_area(node, count);
-        uint32_t at = count;
-        for (; at > 0 && areas[at - 1] < own; at--) {
-            areas[at] = areas[at - 1];
-            from[at] = from[at - 1];
-            moved++;
-        }
-        areas[at] = own;
-        from[at] = count;
-    }
-    if (moved == 0)
-        return;
-    old = *node;
-    for (uint32_t i = 0; i < count; i++) {
-        for (int a = 0; a < 6; a++)
-            node->box[a / 2][a % 2][i] = old.box[a / 2][a % 2][from[i]];
-        node->child[i] = old.child[from[i]];
-        node->count[i] = old.count[from[i]];
-    }
-}
-
-static void fit_nodes(const refit *r)
-{
+    const rti_bvh_order order = {r->nodes, r->blocks, r->head->block_count, rti_bvh_unit(r->head->lo, r->head->hi), below};
     for (uint32_t n = r->head->node_count; n-- > 0;) {
         rtk_bvhnode *node = &r->nodes[n];
         for (uint32_t i = 0; i < RTK_BVH_WIDTH; i++) {
@@ -204,7 +177,7 @@ static void fit_nodes(const refit *r)
                 put_box(node, i, &box, 0.0f); /* grown already */
             }
         }
-        sort_slots(node);
+        rti_bvh_order_node(&order, n);
     }
 }
 
@@ -274,13 +247,13 @@ static void copy_rest(char *to, const char *from, size_t size)
     memcpy(to + blocks_end, from + blocks_end, size - blocks_end);
 }
 
-static void fit(rt_context *ctx, refit *r)
+static void fit(rt_context *ctx, refit *r, rti_bvh_below *below)
 {
     const rtk_tree_header *h = r->head;
     rti_parallel(ctx, (h->block_count + BLOCKS_A_TASK - 1) / BLOCKS_A_TASK, block_task, r);
     rti_parallel(ctx, (h->node_count + NODES_A_TASK - 1) / NODES_A_TASK, leaf_task, r);
     if (!rti_cancelled(r->cancel))
-        fit_nodes(r);
+        fit_nodes(r, below);
 }
 
 rt_status rti_bvh_refit(rt_context *ctx, const void *old, size_t size, const rti_refit_input *input, float limit,
@@ -291,18 +264,19 @@ rt_status rti_bvh_refit(rt_context *ctx, const void *old, size_t size, const rti
     char *bytes = rti_alloc(ctx, size);
     rtk_tree_header *h = (rtk_tree_header *)(void *)bytes;
     float *costs = rti_alloc_array(ctx, from->node_count, sizeof *costs);
+    rti_bvh_below *below = rti_alloc_array(ctx, from->node_count, sizeof *below);
     uint8_t *depths = rti_alloc(ctx, from->node_count);
     refit r = {.in = input, .cancel = cancel, .head = h};
     rt_status status = RT_OK;
     bool good = false;
-    if (bytes && costs && depths) {
+    if (bytes && costs && below && depths) {
         copy_rest(bytes, old, size);
         memcpy(h->lo, input->lo, sizeof h->lo);
         memcpy(h->hi, input->hi, sizeof h->hi);
         r.nodes = (rtk_bvhnode *)(void *)(bytes + h->off_nodes);
         r.blocks = (rtk_bvhblock *)(void *)(bytes + h->off_blocks);
         r.refs = (const uint32_t *)(const void *)(bytes + h->off_refs);
-        fit(ctx, &r);
+        fit(ctx, &r, below);
         if (rti_cancelled(cancel))
             status = rti_fail(ctx, RT_ERROR_CANCELLED, "the tree's refit was cancelled");
         else if ((good = good_enough(from, h, limit, costs, depths)))
@@ -311,6 +285,7 @@ rt_status rti_bvh_refit(rt_context *ctx, const void *old, size_t size, const rti
         status = rti_fail_memory(ctx, "refitting a tree", size);
     }
     rti_free(ctx, costs, from->node_count * sizeof *costs);
+    rti_free(ctx, below, from->node_count * sizeof *below);
     rti_free(ctx, depths, from->node_count);
     if (good)
         h->build_seconds = (float)(rti_now() - start);

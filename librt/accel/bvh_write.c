@@ -31,9 +31,11 @@ typedef struct writer {
     rtk_bvhnode *nodes;
     rtk_bvhblock *blocks;
     uint32_t *refs;
+    rti_bvh_order order;
 } writer;
 
-/* Slots of one node, the largest first; leaf: what is in it, count 0 where the slot is an inner node. */
+/* Slots of one node, the largest first: so what they hold stands in memory, whatever order they are put in then. leaf: what is in
+ * it, count 0 where the slot is an inner node. */
 typedef struct leaf {
     const uint32_t *prims;
     uint32_t count;
@@ -245,6 +247,13 @@ static uint32_t put_node(const writer *w, const todo *it, totals *at, todo inner
     return open;
 }
 
+/* Slots of the nodes from `first` to `end`, of which children stand behind their parents, or were done before. */
+static void order_nodes(const writer *w, uint32_t first, uint32_t end)
+{
+    for (uint32_t n = end; n-- > first;)
+        rti_bvh_order_node(&w->order, n);
+}
+
 static void fold_task(void *data, uint32_t index)
 {
     writer *w = data;
@@ -263,6 +272,8 @@ static void fold_task(void *data, uint32_t index)
         if (rti_cancelled(w->t->b->cancel))
             return;
     }
+    if (w->writing) /* its root is one of the top's */
+        order_nodes(w, job->base.nodes, at.nodes);
     job->sum = at;
 }
 
@@ -444,9 +455,16 @@ static rt_status fold(writer *w, uint32_t root, uint32_t *cuts, todo *list, char
         put_empty(w, 0, 0);
         return RT_OK;
     }
+    w->order = (rti_bvh_order){w->nodes, w->blocks, sum.blocks, rti_bvh_unit(w->t->b->in->lo, w->t->b->in->hi),
+                               rti_alloc_array(w->t->ctx, sum.nodes, sizeof *w->order.below)};
+    if (!w->order.below)
+        return RT_ERROR_MEMORY;
     own = (totals){.plain = sum.blocks * RTK_BVH_BLOCK};
     fold_top(w, root, &own, list, w->t->top_count + 1);
     rti_parallel(w->t->ctx, (uint32_t)w->task_count, fold_task, w);
+    if (!rti_cancelled(w->t->b->cancel))
+        order_nodes(w, 0, own.nodes);
+    rti_free(w->t->ctx, w->order.below, sum.nodes * sizeof *w->order.below);
     return rti_cancelled(w->t->b->cancel) ? RT_ERROR_CANCELLED : RT_OK;
 }
 

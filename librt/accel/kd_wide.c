@@ -60,7 +60,7 @@ rt_status rti_kd_widen(rt_context *ctx, const rti_build *b, double start, void *
     t.most = RTI_BVH_MERGED;
     t.many_area = RTK_INF; /* cells are small already: it makes no difference */
     t.top_count = rtk_umin(t.kd_count, TOP);
-    t.unit = rti_bvh_unit(b->in);
+    t.unit = rti_bvh_unit(b->in->lo, b->in->hi);
     t.grow2 = rti_f4_set(0.0f);
     status = rti_kd_cut_leaves(&t);
     if (status == RT_OK && !take_inner(&t))

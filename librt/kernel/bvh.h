@@ -6,7 +6,7 @@
  * Enter a box when enter <= exit and not best.t < outer + (tshift + enter), never with a margin of your own (ray.h, theory points
  * 3 and 4).
  *
- * Slots descend in area, so the order of slots is a fair one for any-hit; a closest hit wants them by the distance of entry.
+ * The order of slots is made for any hit (accel/bvh_order.c); a closest hit wants them by the distance of entry.
  * Equal distances may be taken in any order: the order of hits decides, not that of visits.
  */
 #ifndef RTK_BVH_H

@@ -112,7 +112,7 @@ typedef struct rtk_octnode {
  *   inner   count 0, child the node's index (greater than this node's)
  *   leaf    count references from refs[child] on
  *   empty   child and count 0, lo +inf and hi -inf; behind the others
- * Slots descend in the area of their boxes.
+ * Slots stand in the order in which any hit is found soonest (accel/bvh_order.c).
  * A kd-tree is folded into such nodes as well, for walks in vectors: its leaves are pieces of the kd-tree's, or several of these,
  * which list a triangle once, its boxes what lies in the cells. */
 #define RTK_BVH_WIDTH 8u

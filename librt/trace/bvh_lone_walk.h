@@ -204,8 +204,8 @@ RTI_VEC int lone_closest(lone *l, int large)
     }
 }
 
-/* The way to any hit, which asks for no order but that of slots, a fair one (kernel/bvh.h): what waits are pairs of a
- * child and a count. */
+/* The way to any hit, which asks for no order but that of slots (accel/bvh_order.c): what waits are pairs of a child
+ * and a count. */
 RTI_VEC int lone_any(lone *l, int large)
 {
     rtk_u32 stack[2u * LONE_STACK], *top = stack, at = 0u, count = 0u;

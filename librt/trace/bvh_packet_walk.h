@@ -389,7 +389,7 @@ typedef struct packet_stack {
     rtk_u32 slot[PACKET_STACK], node[PACKET_STACK], lane[PACKET_STACK], top;
 } packet_stack;
 
-/* The slots of a node in bits, the nearest on top, of equal ones (a packet within them all) the last, which is the smallest: of
+/* The slots of a node in bits, the nearest on top, of equal ones (a packet within them all) the last, what is fine: of
  * sponza's shadow rays that spares a third of the steps. Without a branch where vectors are packed: none could be foreseen. */
 RTI_VEC void packet_push(packet_stack *s, rtk_u32 node, rtk_u32 bits, const float t[RTK_BVH_WIDTH], rtk_u32 lane)
 {

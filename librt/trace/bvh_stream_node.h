@@ -198,7 +198,7 @@ RTI_VEC void stream_slots(stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32
 {
 #ifdef RTI_PACK8
     static const float in_order[RTK_BVH_WIDTH] = {0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f};
-    if (mode & RTK_MODE_ANY) { /* slots in their order, which is fair (kernel/bvh.h) */
+    if (mode & RTK_MODE_ANY) { /* slots in their order (accel/bvh_order.c) */
         rti_f8_sorted(s->enter + s->top, slots, all, rti_f8_load(in_order));
         rti_f8_store(s->enter + s->top, rti_f8_load(least));
     } else {

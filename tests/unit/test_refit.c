@@ -2,6 +2,7 @@
  * refused. */
 #include <math.h>
 
+#include "accel/bvh_order.h"
 #include "scene_kit.h"
 
 #include "librt/trace.h"
@@ -131,7 +132,22 @@ static void hits_are_those_of_brute_force(rt_scene *scene, const sheet *s, rt_ra
     rt_tracer_destroy(bvh);
 }
 
-/* Every slot's box holds its children's or its triangles', slots descend, and the tree passes the checks of files. */
+static void slots_are_in_order(const rtk_tree_header *h, const rtk_tree *tree)
+{
+    rtk_bvhnode *nodes = malloc(h->node_count * sizeof *nodes);
+    rti_bvh_below *below = malloc(h->node_count * sizeof *below);
+    const rti_bvh_order order = {nodes, tree->blocks, tree->block_count, rti_bvh_unit(h->lo, h->hi), below};
+    assert_true(nodes && below);
+    memcpy(nodes, tree->bvh, h->node_count * sizeof *nodes);
+    for (uint32_t n = h->node_count; n-- > 0;)
+        rti_bvh_order_node(&order, n);
+    assert_memory_equal(nodes, tree->bvh, h->node_count * sizeof *nodes);
+    free(below);
+    free(nodes);
+}
+
+/* Every slot's box holds its children's or its triangles', slots stand in the builder's order, and the tree passes the checks of
+ * files. */
 static void tree_is_sound(const rt_scene *scene)
 {
     rti_snapshot *s = rti_scene_snapshot(scene);
@@ -142,16 +158,10 @@ static void tree_is_sound(const rt_scene *scene)
         assert_true(rti_tree_valid(chunk->data, chunk->size, g->tri_count + g->shape_count));
         assert_true(rti_tree_blocks_valid(chunk->data, g->tris, g->tri_count));
         assert_true(h->sah_cost == rti_tree_sah(h));
+        slots_are_in_order(h, &g->parts[p].bvh);
         for (uint32_t n = 0; n < h->node_count; n++) {
             const rtk_bvhnode *node = &g->parts[p].bvh.bvh[n];
-            double last = 1.0e300;
             for (uint32_t i = 0; i < RTK_BVH_WIDTH && node->child[i] + node->count[i] > 0; i++) {
-                double d[3], area;
-                for (int a = 0; a < 3; a++)
-                    d[a] = (double)node->box[a][1][i] - node->box[a][0][i];
-                area = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
-                assert_true(area <= last * (1.0 + 1.0e-5));
-                last = area;
                 for (int a = 0; a < 3 && node->count[i] == 0; a++) {
                     for (uint32_t k = 0; k < RTK_BVH_WIDTH; k++) {
                         const rtk_bvhnode *child = &g->parts[p].bvh.bvh[node->child[i]];

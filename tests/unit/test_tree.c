@@ -293,6 +293,50 @@ static void test_spatial(void **state)
     rt_context_destroy(ctx);
 }
 
+static void add_wall(test_mesh *m, float x, float side)
+{
+    const float a[3] = {x, -side, -side}, b[3] = {x, side, -side}, c[3] = {x, side, side}, d[3] = {x, -side, side};
+    test_mesh_add(m, a, b, c);
+    test_mesh_add(m, a, c, d);
+}
+
+/* In which slot of its node primitive `prim` is a leaf with one other; RTK_BVH_WIDTH: nowhere. */
+static uint32_t slot_of_pair(const rtk_tree *t, uint32_t nodes, uint32_t prim)
+{
+    for (uint32_t n = 0; n < nodes; n++) {
+        const rtk_bvhnode *node = &t->bvh[n];
+        for (uint32_t i = 0; i < RTK_BVH_WIDTH; i++) {
+            const uint32_t first = node->child[i];
+            if (node->count[i] == 2 && (t->refs[first] == prim || t->refs[first + 1] == prim))
+                return i;
+        }
+    }
+    return RTK_BVH_WIDTH;
+}
+
+/* A room's walls that face each other are leaves of their own, not one that every ray meets, and rays that ask for any hit come
+ * to them before they come to what is fine, whose boxes are larger. */
+static void test_walls(void **state)
+{
+    rt_context *ctx = context(1);
+    test_mesh m = {0};
+    void *chunk;
+    size_t size;
+    (void)state;
+    test_mesh_globe(&m, 60);
+    const uint32_t first = m.count;
+    add_wall(&m, -1.5f, 0.7f);
+    add_wall(&m, 1.5f, 0.7f);
+    const rti_build_input in = test_input(&m);
+    assert_int_equal(rti_tree_build(ctx, &in, &(rti_build_settings){.builder = RTI_BUILD_BVH}, NULL, &chunk, &size), RT_OK);
+    const rtk_tree t = rti_tree_view(chunk);
+    for (uint32_t i = 0; i < 2; i++)
+        assert_int_equal(slot_of_pair(&t, ((rtk_tree_header *)chunk)->node_count, first + 2 * i), 0);
+    rti_free(ctx, chunk, size);
+    test_mesh_free(&m);
+    rt_context_destroy(ctx);
+}
+
 /* What the BVH builders take, in bytes a triangle: of a mesh, and of the worst there is, a soup so sparse that every triangle is
  * far from every other (leaves of two and three of four places, for none wants company). */
 static const struct {
@@ -633,7 +677,7 @@ int main(void)
         cmocka_unit_test(test_kept),       cmocka_unit_test(test_kept_large),  cmocka_unit_test(test_ten_million),
         cmocka_unit_test(test_degenerate), cmocka_unit_test(test_flat),        cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_settings),   cmocka_unit_test(test_binned_cost), cmocka_unit_test(test_allocation_failure),
-        cmocka_unit_test(test_cancel),
+        cmocka_unit_test(test_cancel),     cmocka_unit_test(test_walls),
     };
 #ifdef __SANITIZE_THREAD__
     cmocka_set_test_filter("test_same_bytes"); /* what the others add is work of one thread */
