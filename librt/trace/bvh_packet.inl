@@ -260,8 +260,20 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
         streams *on = a && g->part_count != 0u && stream_fits(g, part) ? a : NULL;
         if (on)
             streams_part(a, part, &part->RTK_TREE);
-        for (; k == 0u && gone + PENCIL_FEW <= count && l.lost < PENCIL_LOST; gone += rtk_umin(count - gone, PENCIL_RAYS))
+        while (k == 0u && gone + PENCIL_FEW <= count && l.lost < PENCIL_LOST) {
+            const rtk_u32 n = rtk_umin(count - gone, PENCIL_RAYS);
             RTK_NAME(pencils)(&l, &p, g->part_count == 1u ? on : NULL, gone, count);
+            gone += n;
+            if (!on || g->part_count != 1u || g->plane_count != 0u)
+                continue;
+            for (rtk_u32 apart = rtk_umin(pencil_scatters(&l, RTK_MODE, n), count - gone); apart != 0u;) {
+                const rtk_u32 m = rtk_umin(apart, PACKET);
+                RTK_NAME(stream_all)(a, gone, m, 0);
+                RTK_NAME(stream_flush)(a, PACKET);
+                gone += m;
+                apart -= m;
+            }
+        }
         for (rtk_u32 first = gone; first < count; first += PACKET) {
             const rtk_u32 n = rtk_umin(count - first, PACKET);
             packet_expect_rays(rays, first + PACKET, count);

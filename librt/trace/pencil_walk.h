@@ -140,7 +140,7 @@ typedef struct pencil_at {
 #endif
 } pencil_at;
 
-RTI_VEC void pencil_tell(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, pencil_at *a)
+RTI_VEC void pencil_tell(pencil *p, const rtk_bvhnode *n, rtk_u32 slot, pencil_at *a)
 {
     if (a->known)
         return;
@@ -149,6 +149,8 @@ RTI_VEC void pencil_tell(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, pe
     a->bundles = pencil_near(p, n, slot, a->bundles, a->rays);
     for (pencil_bits l = a->bundles; l != 0u; l &= l - 1u)
         a->count += (rtk_u32)__builtin_popcount(a->rays[PENCIL_FIRST(l)]);
+    p->leaves += !p->one; /* else those of few bundles alone are told of */
+    p->told += p->one ? 0u : a->count;
 }
 
 /* Of the four places from `at` on those of a leaf, a bit each. */

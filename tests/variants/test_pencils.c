@@ -18,11 +18,12 @@
 #include "support/rays.h"
 
 #define BATCH  1024u
+#define MOST   4096u
 #define ROUNDS 12u
 
-static rtk_trace_block rays[BATCH / RTK_BLOCK];
-static rtk_hit_block want[BATCH / RTK_BLOCK], got[BATCH / RTK_BLOCK];
-static uint16_t hidden[BATCH / RTK_BLOCK], seen[BATCH / RTK_BLOCK];
+static rtk_trace_block rays[MOST / RTK_BLOCK];
+static rtk_hit_block want[MOST / RTK_BLOCK], got[MOST / RTK_BLOCK];
+static uint16_t hidden[MOST / RTK_BLOCK], seen[MOST / RTK_BLOCK];
 
 enum way { EYE, LIGHT, MIRROR, WAYS };
 static const char *const way_names[WAYS] = {"from an eye", "to a light", "from behind"};
@@ -104,7 +105,7 @@ static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t ro
     point apex = {{0.0}}, center = {{0.0}};
     const uint32_t tile = round % 6 == 5 ? 256 : 512;
     bool narrow = false, zero = false;
-    for (uint32_t i = 0; i < BATCH; i++) {
+    for (uint32_t i = 0; i < MOST; i++) {
         if (i % tile == 0) {
             apex = apex_of(t, rng, round + i / tile);
             for (int a = 0; a < 3; a++)
@@ -160,7 +161,7 @@ static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t ro
 
 static void compare(const char *what, enum way way, const char *name, uint32_t count)
 {
-    for (uint32_t i = 0; i < BATCH; i++) {
+    for (uint32_t i = 0; i < MOST; i++) {
         const rtk_hit_block *p = &want[i / RTK_BLOCK], *q = &got[i / RTK_BLOCK];
         const rtk_trace_block *r = &rays[i / RTK_BLOCK];
         const uint32_t k = i % RTK_BLOCK;
@@ -182,8 +183,9 @@ static void compare(const char *what, enum way way, const char *name, uint32_t c
     }
 }
 
-/* Batches of `size` rays and fewer. least: so much of the rays go as pencils, in a hundred; and so much hits. */
-static void sweep(const test_world *w, uint32_t rounds, uint32_t size, const char *what, unsigned least)
+/* Batches of `size` rays and fewer. least: so much of the rays go as pencils, in a hundred. Returns the part of those to a light
+ * that do. */
+static double sweep(const test_world *w, uint32_t rounds, uint32_t size, const char *what, unsigned least)
 {
     const rti_tracer *judge = rti_tracer_find(test_isa(), "brute");
     uint64_t asked[WAYS] = {0}, together[WAYS] = {0}, hits = 0, all = 0;
@@ -225,6 +227,7 @@ static void sweep(const test_world *w, uint32_t rounds, uint32_t size, const cha
     if (hits * 10 < all)
         fail_msg("%s: only %llu of %llu rays hit: the test tests little", what, (unsigned long long)hits,
                  (unsigned long long)all);
+    return (double)together[LIGHT] / (double)asked[LIGHT];
 }
 
 static rt_context *context(void)
@@ -271,6 +274,25 @@ static void test_small(void **state)
     (void)state;
     test_mesh_globe(&m, 48);
     with_mesh(&m, 1.0f, 0.0f, "globe", 60);
+}
+
+/* Where few rays come to a leaf, pencils give way to streams. */
+static void test_scattered(void **state)
+{
+    rt_context *ctx = context();
+    test_mesh m = {0};
+    test_world w;
+    (void)state;
+    test_mesh_globe(&m, 200);
+    test_world_init(&w, ctx);
+    test_world_mesh(&w, 0, &m, 0xffffffffu);
+    assert_int_equal(test_world_commit(&w, &(rti_build_settings){.builder = RTI_BUILD_KD_BINNED}), RT_OK);
+    const double pencils = sweep(&w, 2, MOST, "dense globe", 0);
+    if (pencils < 0.1 || pencils > 0.7)
+        fail_msg("dense globe: %g of the rays to a light go as pencils", pencils);
+    test_world_free(&w);
+    test_mesh_free(&m);
+    rt_context_destroy(ctx);
 }
 
 static void test_needles(void **state)
@@ -369,15 +391,11 @@ static void test_apart(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_soup),
-                                       cmocka_unit_test(test_small),
-                                       cmocka_unit_test(test_needles),
-                                       cmocka_unit_test(test_lattice),
-                                       cmocka_unit_test(test_nested),
-                                       cmocka_unit_test(test_one),
-                                       cmocka_unit_test(test_scaled_and_moved),
-                                       cmocka_unit_test(test_planes),
-                                       cmocka_unit_test(test_two_parts),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_soup),      cmocka_unit_test(test_small),
+                                       cmocka_unit_test(test_scattered), cmocka_unit_test(test_needles),
+                                       cmocka_unit_test(test_lattice),   cmocka_unit_test(test_nested),
+                                       cmocka_unit_test(test_one),       cmocka_unit_test(test_scaled_and_moved),
+                                       cmocka_unit_test(test_planes),    cmocka_unit_test(test_two_parts),
                                        cmocka_unit_test(test_apart)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
