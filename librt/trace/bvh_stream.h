@@ -11,7 +11,8 @@
  * Akenine-Moeller 2014: what differs is that lists hold numbers, no copies.) Long lists that are asked for any hit do not meet
  * slots in which none of a stream's rays can be, with AVX2 where that leaves half of them (bvh_stream_region.h).
  *
- * Rays are loaded and dealt to the eight octants' streams as many at a time as vectors have lanes (stream_put). Where a scene has
+ * Rays are loaded and dealt to the eight octants' streams as many at a time as vectors have lanes (stream_put), less those that
+ * meet none of the root's slots, which where a scene is open are many. Where a scene has
  * several parts the streams go through one after the other; which of the others a ray may enter is told when it is loaded first.
  *
  * Planes are met at plane * inv - org * inv. The product org * inv is rounded, by 2^-24 of |org| <= RTK_FAR scale, which is a
@@ -101,6 +102,7 @@ typedef struct streams {
     rtk_tree tree;
     uint8_t enters[STREAM_TOLD / RTI_SIMD]; /* which parts behind the first each RTI_SIMD rays may enter, of the batch's first */
     rtk_u32 told, spared;                   /* of how many; how often one is not entered */
+    rtk_u32 looked, missed;                 /* rays that were asked for the root's slots, and those that meet none */
     rtk_u32 most;                           /* numbers in all lists of a stream */
     rtk_u32 turns;                          /* all octants' streams go by turns */
 } streams;
@@ -126,6 +128,7 @@ RTI_VEC void streams_part(streams *a, const rtk_part *part, const rtk_tree *tree
     a->part = part;
     a->tree = *tree;
     a->turns = a->scratch->turns || bvh_large(tree);
+    a->looked = a->missed = 0u;
 }
 
 /* May the rays of a group go this way? */

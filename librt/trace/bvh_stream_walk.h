@@ -96,6 +96,30 @@ typedef struct stream_rays {
     vec org[3], dir[3], inv[3], tmin, tmax, t0, t1, t, kind, key;
 } stream_rays;
 
+/* Of RTI_SIMD rays those that enter a slot of the tree's root. end: no farther than this. */
+RTI_VEC rtk_u32 stream_enters(const streams *a, const stream_rays *r, const vec start[3], vec end, rtk_u32 lanes)
+{
+    const rtk_bvhnode *n = a->tree.bvh;
+    rtk_u32 some = 0u;
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH && n->child[i] + n->count[i] != 0u && some != lanes; i++) {
+        vec in = r->t0, out = end;
+        for (rtk_u32 k = 0u; k < 3u; k++) {
+            const vec x = V(msub)(V(set)(n->box[k][0][i]), r->inv[k], start[k]);
+            const vec y = V(msub)(V(set)(n->box[k][1][i]), r->inv[k], start[k]);
+            in = V(max)(in, V(min)(x, y));
+            out = V(min)(out, V(max)(x, y));
+        }
+        some |= lanes & VM(bits)(V(le)(in, out));
+    }
+    return some;
+}
+
+/* Is it asked whether rays enter a slot of the root, before they are put anywhere? As long as one of four does not. */
+RTI_VEC int stream_asks_root(const streams *a)
+{
+    return 4u * (a->missed + 32u) >= a->looked;
+}
+
 /* Lanes join the streams of their octants, each of which has room for them; their numbers begin with that of the first. Returns
  * those that must go another way. */
 RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u32 lanes, rtk_u32 number)
@@ -110,6 +134,12 @@ RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u
     }
     left |= lanes & ~VM(bits)(V(le)(V(set)(BVH_START_LEAST), least * V(set)(a->part->scale)));
     lanes &= ~left;
+    if (stream_asks_root(a)) {
+        const rtk_u32 enter = stream_enters(a, r, start, V(min)(r->t1, r->t), lanes);
+        a->looked += (rtk_u32)__builtin_popcount(lanes);
+        a->missed += (rtk_u32)__builtin_popcount(lanes & ~enter);
+        lanes = enter;
+    }
     if (lanes == 0u)
         return left;
     const stream_axes axes = {V(eq)(r->kind, V(set)(0.0f)), V(eq)(r->kind, V(set)(1.0f))};
