@@ -50,27 +50,42 @@ static void permute(rtk_bvhnode *node, const uint32_t from[RTK_BVH_WIDTH], uint3
     }
 }
 
-/* Of the triangles in a slot, or below it. */
-static rti_bvh_below slot_below(const rti_bvh_order *o, const rtk_bvhnode *node, uint32_t slot)
+static int is_blocked(const rti_bvh_order *o, const rtk_bvhnode *node, uint32_t slot)
 {
-    const uint32_t child = node->child[slot], count = node->count[slot];
+    return node->count[slot] > 0 && node->child[slot] < o->block_count * RTK_BVH_BLOCK;
+}
+
+void rti_bvh_order_leaves(const rti_bvh_order *o, uint32_t at, float surfaces[RTK_BVH_WIDTH])
+{
+    const rtk_bvhnode *node = &o->nodes[at];
+    for (uint32_t i = 0; i < RTK_BVH_WIDTH; i++)
+        surfaces[i] = is_blocked(o, node, i) ? blocked_surface(o, node->child[i], node->child[i] + node->count[i]) : 0.0f;
+}
+
+/* Of the triangles in a slot, or below it. leaf: their surface where it is a leaf of blocks; that of others is their box'. */
+static rti_bvh_below slot_below(const rti_bvh_order *o, const rtk_bvhnode *node, uint32_t slot, float leaf)
+{
+    const uint32_t child = node->child[slot], count = node->count[slot], blocks = (count + RTK_BVH_BLOCK - 1) / RTK_BVH_BLOCK;
     const float area = slot_area(node, slot, o->unit);
     if (count == 0)
         return (rti_bvh_below){o->below[child].surface, area + o->below[child].cost};
-    if (child < o->block_count * RTK_BVH_BLOCK)
-        return (rti_bvh_below){blocked_surface(o, child, child + count),
-                               area * (float)((count + RTK_BVH_BLOCK - 1) / RTK_BVH_BLOCK)};
+    if (is_blocked(o, node, slot))
+        return (rti_bvh_below){leaf, area * (float)blocks};
     return (rti_bvh_below){area, area * (float)count};
 }
 
 void rti_bvh_order_node(const rti_bvh_order *o, uint32_t at)
 {
     rtk_bvhnode *node = &o->nodes[at];
-    float keys[RTK_BVH_WIDTH];
+    float keys[RTK_BVH_WIDTH], own[RTK_BVH_WIDTH], *leaves = own;
     rti_bvh_below slots[RTK_BVH_WIDTH], all = {0.0f, 0.0f};
     uint32_t from[RTK_BVH_WIDTH], count = 0, moved = 0;
+    if (o->leaves)
+        leaves = o->leaves[at];
+    else
+        rti_bvh_order_leaves(o, at, own);
     for (; count < RTK_BVH_WIDTH && node->child[count] + node->count[count] > 0; count++) {
-        const rti_bvh_below s = slot_below(o, node, count);
+        const rti_bvh_below s = slot_below(o, node, count, leaves[count]);
         const float key = s.cost > 0.0f ? s.surface / s.cost : 0.0f;
         uint32_t to = count;
         for (; to > 0 && keys[to - 1] < key; to--) {

@@ -22,6 +22,7 @@ typedef struct refit {
     rtk_bvhnode *nodes;
     rtk_bvhblock *blocks;
     const uint32_t *refs;
+    rti_bvh_order order;
 } refit;
 
 /* ---- leaves ---- */
@@ -121,6 +122,7 @@ static void leaf_task(void *data, uint32_t task)
                 child < r->head->block_count * RTK_BVH_BLOCK ? blocked_box(r, child, child + count) : plain_box(r, child, count);
             put_box(node, i, &box, r->in->grow);
         }
+        rti_bvh_order_leaves(&r->order, n, r->order.leaves[n]);
     }
 }
 
@@ -166,10 +168,11 @@ static double slot_area(const rtk_bvhnode *node, uint32_t slot)
     return area(lo, hi);
 }
 
-static void fit_nodes(const refit *r, rti_bvh_below *below)
+static void fit_nodes(const refit *r)
 {
-    const rti_bvh_order order = {r->nodes, r->blocks, r->head->block_count, rti_bvh_unit(r->head->lo, r->head->hi), below};
     for (uint32_t n = r->head->node_count; n-- > 0;) {
+        if (n % 4096 == 0 && rti_cancelled(r->cancel))
+            return;
         rtk_bvhnode *node = &r->nodes[n];
         for (uint32_t i = 0; i < RTK_BVH_WIDTH; i++) {
             if (is_inner(node, i)) {
@@ -177,7 +180,7 @@ static void fit_nodes(const refit *r, rti_bvh_below *below)
                 put_box(node, i, &box, 0.0f); /* grown already */
             }
         }
-        rti_bvh_order_node(&order, n);
+        rti_bvh_order_node(&r->order, n);
     }
 }
 
@@ -247,13 +250,13 @@ static void copy_rest(char *to, const char *from, size_t size)
     memcpy(to + blocks_end, from + blocks_end, size - blocks_end);
 }
 
-static void fit(rt_context *ctx, refit *r, rti_bvh_below *below)
+static void fit(rt_context *ctx, refit *r)
 {
     const rtk_tree_header *h = r->head;
     rti_parallel(ctx, (h->block_count + BLOCKS_A_TASK - 1) / BLOCKS_A_TASK, block_task, r);
     rti_parallel(ctx, (h->node_count + NODES_A_TASK - 1) / NODES_A_TASK, leaf_task, r);
     if (!rti_cancelled(r->cancel))
-        fit_nodes(r, below);
+        fit_nodes(r);
 }
 
 rt_status rti_bvh_refit(rt_context *ctx, const void *old, size_t size, const rti_refit_input *input, float limit,
@@ -265,18 +268,20 @@ rt_status rti_bvh_refit(rt_context *ctx, const void *old, size_t size, const rti
     rtk_tree_header *h = (rtk_tree_header *)(void *)bytes;
     float *costs = rti_alloc_array(ctx, from->node_count, sizeof *costs);
     rti_bvh_below *below = rti_alloc_array(ctx, from->node_count, sizeof *below);
+    float(*leaves)[RTK_BVH_WIDTH] = rti_alloc_array(ctx, from->node_count, sizeof *leaves);
     uint8_t *depths = rti_alloc(ctx, from->node_count);
     refit r = {.in = input, .cancel = cancel, .head = h};
     rt_status status = RT_OK;
     bool good = false;
-    if (bytes && costs && below && depths) {
+    if (bytes && costs && below && leaves && depths) {
         copy_rest(bytes, old, size);
         memcpy(h->lo, input->lo, sizeof h->lo);
         memcpy(h->hi, input->hi, sizeof h->hi);
         r.nodes = (rtk_bvhnode *)(void *)(bytes + h->off_nodes);
         r.blocks = (rtk_bvhblock *)(void *)(bytes + h->off_blocks);
         r.refs = (const uint32_t *)(const void *)(bytes + h->off_refs);
-        fit(ctx, &r, below);
+        r.order = (rti_bvh_order){r.nodes, r.blocks, h->block_count, rti_bvh_unit(h->lo, h->hi), below, leaves};
+        fit(ctx, &r);
         if (rti_cancelled(cancel))
             status = rti_fail(ctx, RT_ERROR_CANCELLED, "the tree's refit was cancelled");
         else if ((good = good_enough(from, h, limit, costs, depths)))
@@ -286,6 +291,7 @@ rt_status rti_bvh_refit(rt_context *ctx, const void *old, size_t size, const rti
     }
     rti_free(ctx, costs, from->node_count * sizeof *costs);
     rti_free(ctx, below, from->node_count * sizeof *below);
+    rti_free(ctx, leaves, from->node_count * sizeof *leaves);
     rti_free(ctx, depths, from->node_count);
     if (good)
         h->build_seconds = (float)(rti_now() - start);

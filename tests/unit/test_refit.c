@@ -136,7 +136,7 @@ static void slots_are_in_order(const rtk_tree_header *h, const rtk_tree *tree)
 {
     rtk_bvhnode *nodes = malloc(h->node_count * sizeof *nodes);
     rti_bvh_below *below = malloc(h->node_count * sizeof *below);
-    const rti_bvh_order order = {nodes, tree->blocks, tree->block_count, rti_bvh_unit(h->lo, h->hi), below};
+    const rti_bvh_order order = {nodes, tree->blocks, tree->block_count, rti_bvh_unit(h->lo, h->hi), below, NULL};
     assert_true(nodes && below);
     memcpy(nodes, tree->bvh, h->node_count * sizeof *nodes);
     for (uint32_t n = h->node_count; n-- > 0;)

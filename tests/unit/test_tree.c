@@ -337,6 +337,67 @@ static void test_walls(void **state)
     rt_context_destroy(ctx);
 }
 
+typedef struct below {
+    double surface, cost;
+} below;
+
+/* What is below a node, found here in doubles; its slots must stand in the order of surface by cost. */
+static below check_order(const rtk_tree *t, const rtk_tri *tris, uint32_t at)
+{
+    const rtk_bvhnode *n = &t->bvh[at];
+    below all = {0.0, 0.0};
+    double last = 1e300;
+    for (uint32_t i = 0; i < RTK_BVH_WIDTH && n->child[i] + n->count[i] > 0; i++) {
+        double d[3];
+        for (int a = 0; a < 3; a++)
+            d[a] = (double)n->box[a][1][i] - n->box[a][0][i];
+        const double area = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+        below b = {0.0, area * ((n->count[i] + 3) / 4)};
+        if (n->count[i] == 0) {
+            b = check_order(t, tris, n->child[i]);
+            b.cost += area;
+        }
+        for (uint32_t k = 0; k < n->count[i]; k++) {
+            const rtk_tri *tri = &tris[t->refs[n->child[i] + k]];
+            double e[3], f[3];
+            for (int a = 0; a < 3; a++) {
+                e[a] = (double)tri->v1[a] - tri->v0[a];
+                f[a] = (double)tri->v2[a] - tri->v0[a];
+            }
+            const double x = e[1] * f[2] - e[2] * f[1], y = e[2] * f[0] - e[0] * f[2], z = e[0] * f[1] - e[1] * f[0];
+            b.surface += 0.5 * sqrt(x * x + y * y + z * z);
+        }
+        assert_true(b.surface / b.cost <= last * (1.0 + 1e-3) + 1e-9);
+        last = b.surface / b.cost;
+        all.surface += b.surface;
+        all.cost += b.cost;
+    }
+    return all;
+}
+
+static void test_order(void **state)
+{
+    static const uint32_t kinds[] = {RTI_BUILD_BVH, RTI_BUILD_BVH_SPATIAL};
+    rt_context *ctx = context(2);
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_globe(&m, 60);
+    test_mesh_soup(&m, 3000, 0.3f, 8);
+    test_mesh_slivers(&m, 500);
+    add_wall(&m, -1.5f, 0.7f);
+    const rti_build_input in = test_input(&m);
+    for (uint32_t i = 0; i < 2; i++) {
+        void *chunk;
+        size_t size;
+        assert_int_equal(rti_tree_build(ctx, &in, &(rti_build_settings){.builder = kinds[i]}, NULL, &chunk, &size), RT_OK);
+        const rtk_tree t = rti_tree_view(chunk);
+        check_order(&t, m.tris, 0);
+        rti_free(ctx, chunk, size);
+    }
+    test_mesh_free(&m);
+    rt_context_destroy(ctx);
+}
+
 /* What the BVH builders take, in bytes a triangle: of a mesh, and of the worst there is, a soup so sparse that every triangle is
  * far from every other (leaves of two and three of four places, for none wants company). */
 static const struct {
@@ -677,7 +738,7 @@ int main(void)
         cmocka_unit_test(test_kept),       cmocka_unit_test(test_kept_large),  cmocka_unit_test(test_ten_million),
         cmocka_unit_test(test_degenerate), cmocka_unit_test(test_flat),        cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_settings),   cmocka_unit_test(test_binned_cost), cmocka_unit_test(test_allocation_failure),
-        cmocka_unit_test(test_cancel),     cmocka_unit_test(test_walls),
+        cmocka_unit_test(test_cancel),     cmocka_unit_test(test_walls),       cmocka_unit_test(test_order),
     };
 #ifdef __SANITIZE_THREAD__
     cmocka_set_test_filter("test_same_bytes"); /* what the others add is work of one thread */
