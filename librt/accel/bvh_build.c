@@ -561,7 +561,7 @@ static void settle(rti_bvh *t)
     t->room = b->prim_count > 0 ? b->prim_count : 1;
     t->fine_area = 4.0f * t->root_area / (float)t->room; /* less is met by few rays, and most ranges are less */
     t->finest_area = 5.0f * t->fine_area;
-    t->many_area = t->blocks ? 0.03f * t->root_area : RTK_INF;
+    t->many_area = t->blocks && b->in->box_count == 0 ? 0.03f * t->root_area : RTK_INF; /* beside shapes there are no streams */
     if (t->spatial) {
         const uint32_t most = RTI_REF_MAX / 2;
         t->room = (size_t)rtk_min((float)t->room * b->duplication + 16.0f, (float)most);

@@ -1,8 +1,9 @@
 /* What the files of the BVH's builder share. Private to accel/.
  *
  * The builder makes a binary tree first (bvh_build.c: levels of large ranges by all workers together, then the small ones a task
- * each; bvh_bins.c and bvh_spatial.c choose splits), then chooses what of it becomes slots of nodes of eight (bvh_fold.c),
- * writes those (bvh_write.c), and puts their slots in order (bvh_order.c). Everything that is decided depends on the references alone, never on who works on them.
+ * each; bvh_bins.c and bvh_spatial.c choose splits), then chooses what of it becomes slots of nodes of eight (bvh_fold.c), writes
+ * those (bvh_write.c), and puts their slots in order (bvh_order.c). Everything that is decided depends on the references alone,
+ * never on who works on them.
  */
 #ifndef RTI_BVH_BUILD_H
 #define RTI_BVH_BUILD_H
