@@ -189,10 +189,18 @@ static APART void occluded_many(const rti_snapshot *snapshot, const rti_tracer *
                                 uint8_t *occluded, size_t count, uint32_t flags)
 {
     desk d;
+    bool apart = false; /* rays that were said to be coherent, and are better off as others */
     desk_open(&d, snapshot, count);
     for (size_t at = 0; at < count;) {
         uint16_t *bits = (uint16_t *)(void *)d.hits;
-        uint32_t as = flags, n = desk_take(&d, rays + at, times ? times + at : NULL, count - at, &as);
+        uint32_t as = flags, n;
+        size_t left = count - at;
+        apart = !apart && d.scratch.apart != 0;
+        if (apart) {
+            as = flags == RTI_ARRAYS_GUESS ? 0 : flags & ~(uint32_t)RTI_TRACE_COHERENT;
+            left = left < d.scratch.apart ? left : d.scratch.apart;
+        }
+        n = desk_take(&d, rays + at, times ? times + at : NULL, left, &as);
         desk_soon(&d, rays + at + n, NULL, count - at - n, as);
         tracer->occluded(&snapshot->view, d.rays, bits, n, as, &d.scratch);
         spread(bits, n, occluded + at);

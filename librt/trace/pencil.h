@@ -116,7 +116,6 @@ typedef struct pencil {
     rtk_u32 met;
     rtk_u32 lost;  /* so many times one after the other rays were no pencil */
     rtk_u32 leaves, told; /* of one: leaves of which was told which rays meet their boxes, and how many these are */
-    rtk_u32 apart;        /* rays that went in streams after the last one */
     rtk_u32 first; /* the pencil's first ray, a number in the batch; from it on: */
     const rtk_trace_block *rays;
     rtk_hit_block *hits;
@@ -148,7 +147,7 @@ RTI_VEC void pencil_open_batch(pencil *p, const rtk_scene *scene, const rtk_trac
     p->all_occluded = occluded;
     p->scratch = scratch;
     p->mesh.first = p->mesh.count = 0u;
-    p->leaves = p->told = p->apart = 0u;
+    p->leaves = p->told = 0u;
     p->scale = 0.0f;
     for (rtk_u32 k = 0u; k < scene->groups->part_count; k++) {
         p->scale = rtk_max(p->scale, scene->groups->parts[k].scale);
@@ -164,9 +163,10 @@ RTI_VEC rtk_u32 pencil_scatters(pencil *p, rtk_u32 mode, rtk_u32 count)
 {
     const int few = PENCIL_RAYS_OF_LEAVES * p->leaves > count && p->told < PENCIL_RAYS_A_LEAF * p->leaves;
     p->leaves = p->told = 0u;
-    if (!(mode & RTK_MODE_ANY) || !few)
-        return p->apart = 0u;
-    return p->apart = p->apart == 0u ? PENCIL_APART : rtk_umin(2u * p->apart, 1u << 16);
+    if (!(mode & RTK_MODE_ANY))
+        return 0u;
+    const rtk_u32 more = p->scratch->apart == 0u ? PENCIL_APART : rtk_umin(2u * p->scratch->apart, 1u << 16);
+    return p->scratch->apart = few ? more : 0u;
 }
 
 /* May a group's rays go in pencils? There they meet triangles alone, of which every hit counts. */
