@@ -64,7 +64,7 @@ function rt.render(scene, options) end
 ---@field memory_limit? integer bytes a render may take; 0: what is free
 ---@field crop? { x: integer, y: integer, width: integer, height: integer } part that is rendered
 ---@field accel? string trees to build: "auto", "kdtree", "octree", "bvh", "brute", or several with commas
----@field builder? "auto"|"exact"|"binned"|"paper"|"compact"|"spatial" of the kd-tree: exact, binned, paper; of the BVH: compact (no copies of vertices: half the memory), spatial (splits cut triangles: slower to build)
+---@field builder? "auto"|"exact"|"binned"|"paper"|"compact"|"spatial" of the kd-tree: exact, binned, paper; of the BVH: compact (no copies of vertices: half the memory), spatial (splits cut triangles: slower to build, faster for rays one a call)
 ---@field tree_depth? integer 0: the builder's own
 ---@field leaf_size? integer 0: the builder's own
 ---@field cost_traverse? number 0: the builder's own

@@ -15,7 +15,9 @@ static const rti_build_preset presets[] = {
      {.builder = RTI_BUILD_KD_EXACT, .max_depth = 96, .leaf_size = 2, .cost_intersect = 1.0f, .duplication = 64.0f}},
     {"octree", "octree of small leaves", {.builder = RTI_BUILD_OCTREE}},
     {"bvh", "eight-wide BVH by binned heuristic", {.builder = RTI_BUILD_BVH}},
-    {"bvh spatial", "eight-wide BVH with spatial splits: builds slower, traces faster", {.builder = RTI_BUILD_BVH_SPATIAL}},
+    {"bvh spatial",
+     "eight-wide BVH with spatial splits: builds slower, traces rays one by one faster, batches as fast",
+     {.builder = RTI_BUILD_BVH_SPATIAL}},
     {"bvh compact", "eight-wide BVH without copies of the vertices: half the memory", {.builder = RTI_BUILD_BVH_COMPACT}},
 };
 
