@@ -6,6 +6,8 @@
  */
 #include "bvh_order.h"
 
+#include <stdbool.h>
+
 #include "vectors.h"
 
 /* Of the triangles in places `first` to `end` of the blocks, in units. */
@@ -50,7 +52,7 @@ static void permute(rtk_bvhnode *node, const uint32_t from[RTK_BVH_WIDTH], uint3
     }
 }
 
-static int is_blocked(const rti_bvh_order *o, const rtk_bvhnode *node, uint32_t slot)
+static bool is_blocked(const rti_bvh_order *o, const rtk_bvhnode *node, uint32_t slot)
 {
     return node->count[slot] > 0 && node->child[slot] < o->block_count * RTK_BVH_BLOCK;
 }

@@ -455,12 +455,8 @@ static rt_status fold(writer *w, uint32_t root, uint32_t *cuts, todo *list, char
         put_empty(w, 0, 0);
         return RT_OK;
     }
-    w->order = (rti_bvh_order){w->nodes,
-                               w->blocks,
-                               sum.blocks,
-                               rti_bvh_unit(w->t->b->in->lo, w->t->b->in->hi),
-                               rti_alloc_array(w->t->ctx, sum.nodes, sizeof *w->order.below),
-                               NULL};
+    w->order = (rti_bvh_order){
+        w->nodes, w->blocks, sum.blocks, w->t->unit, rti_alloc_array(w->t->ctx, sum.nodes, sizeof *w->order.below), NULL};
     if (!w->order.below)
         return RT_ERROR_MEMORY;
     own = (totals){.plain = sum.blocks * RTK_BVH_BLOCK};
