@@ -103,10 +103,12 @@ uint32_t rti_arrays_guess(const rtk_trace_block *b, uint32_t count)
     return blocks == 0 || 2 * alike < seen ? 0 : RTI_TRACE_COHERENT;
 }
 
-/* The next rays stand in their blocks; returns how many. */
+/* The next rays stand in their blocks; returns how many. Coherent ones of which the tracer has sent some another way, as others
+ * do better, go as many at a time as those. */
 static uint32_t desk_take(desk *d, const rt_ray *rays, const float *times, size_t left, uint32_t *flags)
 {
-    const uint32_t most = left < d->most ? (uint32_t)left : d->most, near = most < NEAR ? most : NEAR;
+    const uint32_t most = left < d->most ? (uint32_t)left : d->most;
+    const uint32_t near = most < NEAR || d->scratch.apart != 0 ? most : NEAR;
     d->turn->rays(ray_at(rays), near, d->rays);
     d->scratch.times = times;
     if (*flags == RTI_ARRAYS_GUESS)
@@ -189,18 +191,10 @@ static APART void occluded_many(const rti_snapshot *snapshot, const rti_tracer *
                                 uint8_t *occluded, size_t count, uint32_t flags)
 {
     desk d;
-    bool apart = false; /* rays that were said to be coherent, and are better off as others */
     desk_open(&d, snapshot, count);
     for (size_t at = 0; at < count;) {
         uint16_t *bits = (uint16_t *)(void *)d.hits;
-        uint32_t as = flags, n;
-        size_t left = count - at;
-        apart = !apart && d.scratch.apart != 0;
-        if (apart) {
-            as = flags == RTI_ARRAYS_GUESS ? 0 : flags & ~(uint32_t)RTI_TRACE_COHERENT;
-            left = left < d.scratch.apart ? left : d.scratch.apart;
-        }
-        n = desk_take(&d, rays + at, times ? times + at : NULL, left, &as);
+        uint32_t as = flags, n = desk_take(&d, rays + at, times ? times + at : NULL, count - at, &as);
         desk_soon(&d, rays + at + n, NULL, count - at - n, as);
         tracer->occluded(&snapshot->view, d.rays, bits, n, as, &d.scratch);
         spread(bits, n, occluded + at);
