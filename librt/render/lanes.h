@@ -139,6 +139,7 @@ struct rti_lanes {
      */
     void (*sheaves)(rti_worker *worker, uint32_t first, uint32_t count, rti_sheaf_fn then);
     rti_sheaf_fn whitted; /* the classic material, whole */
+    rti_sheaf_fn path;    /* likewise */
     rti_sheaf_fn ao;      /* notes points for `around` */
     /* Every lit point [0, count) from one light, one ray each; spherical lights have a loop of their own. */
     void (*shine)(rti_worker *worker, uint32_t light);

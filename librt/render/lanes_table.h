@@ -10,6 +10,7 @@
                                 rtk_path_block *path, rti_home_block *home, float *px, float *py);                               \
     void rti_lanes_sheaves_##isa(rti_worker *worker, uint32_t first, uint32_t count, rti_sheaf_fn then);                         \
     void rti_lanes_whitted_##isa(rti_worker *worker, rti_sheaf *sheaf);                                                          \
+    void rti_lanes_path_##isa(rti_worker *worker, rti_sheaf *sheaf);                                                             \
     void rti_lanes_surface_##isa(const rti_worker *worker, rti_sheaf *sheaf);                                                    \
     void rti_lanes_shine_##isa(rti_worker *worker, uint32_t light);                                                              \
     void rti_lanes_ao_##isa(rti_worker *worker, rti_sheaf *sheaf);                                                               \

@@ -1,57 +1,11 @@
 /* The classic material in lanes, as shade_whitted.c describes it: what the ambient light shows, a point for the lights, the
  * mirror ray. Refracted rays, which fork, are sent lane after lane. */
 #include "lanes.h"
-#include "lanes_rows.h"
+#include "lanes_classic.h"
 #include "lanes_table.h"
 #include "shade.h"
 
-/* Of the sheaf's materials. */
-typedef struct looks {
-    float diffusion[RTK_BLOCK] RTI_ROW, reflectiveness[RTK_BLOCK] RTI_ROW, transparency[RTK_BLOCK] RTI_ROW;
-    float ambient[RTK_BLOCK] RTI_ROW, specular[RTK_BLOCK] RTI_ROW, shininess[RTK_BLOCK] RTI_ROW;
-    bool shown, lit, mirrors, clear; /* some lane has ambient light; is lit; reflects; is transparent */
-} looks;
-
-static void load_looks(const rtk_scene *scene, const rti_sheaf *c, looks *l)
-{
-    const rtk_material *m = &scene->materials[c->material[0]];
-    float ambient = 0.0f, mirror = 0.0f, clear = 0.0f;
-    if (c->one_material) {
-        const float d = m->diffusion, r = m->reflectiveness, t = m->transparency, a = m->ambient, s = m->specular,
-                    e = m->shininess;
-        RTI_EACH_LANE(k)
-        {
-            l->diffusion[k] = d;
-            l->reflectiveness[k] = r;
-            l->transparency[k] = t;
-            l->ambient[k] = a;
-            l->specular[k] = s;
-            l->shininess[k] = e;
-        }
-        ambient = a;
-        mirror = r;
-        clear = t;
-    } else {
-        RTI_EACH_LANE(k)
-        {
-            m = &scene->materials[c->material[k]];
-            l->diffusion[k] = m->diffusion;
-            l->reflectiveness[k] = m->reflectiveness;
-            l->transparency[k] = m->transparency;
-            l->ambient[k] = m->ambient;
-            l->specular[k] = m->specular;
-            l->shininess[k] = m->shininess;
-            ambient = rtk_max(ambient, m->ambient);
-            mirror = rtk_max(mirror, m->reflectiveness);
-            clear = rtk_max(clear, m->transparency);
-        }
-    }
-    l->shown = ambient > 0.0f;
-    l->mirrors = mirror > 0.0f;
-    l->clear = clear > 0.0f;
-}
-
-RTI_LANES_FN static void show_ambient(rti_worker *w, const rti_sheaf *c, const looks *l, uint32_t lanes)
+RTI_LANES_FN static void show_ambient(rti_worker *w, const rti_sheaf *c, const rti_looks *l, uint32_t lanes)
 {
     const rtk_world *world = w->frame->scene->world;
     const rtk_vec3 light = rtk_v3(world->ambient[0], world->ambient[1], world->ambient[2]);
@@ -68,160 +22,36 @@ RTI_LANES_FN static void show_ambient(rti_worker *w, const rti_sheaf *c, const l
     rti_add_lanes(w, c->home, lanes, &e);
 }
 
-/* Rows of points that may be lit, behind those that are noted; then only those that some light can be seen in. What stands behind
- * the count is overwritten by the next. */
-RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const looks *l)
+/* Rows of points that may be lit. */
+RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const rti_looks *l)
 {
-    const size_t stride = w->lit_stride;
-    float *to = w->lit + w->lit_count;
-    uint32_t lit[RTK_BLOCK] RTI_ROW, dark = 0;
-#define ROW(name) (to + RTI_LIT_##name * stride)
-    rti_note_points(w, c);
-    memcpy(ROW(SHININESS), l->shininess, sizeof l->shininess);
-    memset(ROW(DIFFUSE_PDF), 0, sizeof c->px);
-    float *vx = ROW(VX), *vy = ROW(VY), *vz = ROW(VZ), *kr = ROW(KR), *kg = ROW(KG), *kb = ROW(KB);
-    float *sr = ROW(SR), *sg = ROW(SG), *sb = ROW(SB);
-#undef ROW
+    float *kr = rti_lit_row(w, RTI_LIT_KR), *kg = rti_lit_row(w, RTI_LIT_KG), *kb = rti_lit_row(w, RTI_LIT_KB);
+    rti_note_seen(w, c, l);
+    memset(rti_lit_row(w, RTI_LIT_DIFFUSE_PDF), 0, sizeof c->px);
     RTI_EACH_LANE(k)
     {
-        rtk_vec3 tp = rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), tinted = rtk_mul(tp, rtk_v3(c->cr[k], c->cg[k], c->cb[k]));
-        rtk_vec3 diffuse = rtk_scale(tinted, l->diffusion[k]), specular = rtk_scale(tp, l->specular[k]);
-        vx[k] = -c->dx[k];
-        vy[k] = -c->dy[k];
-        vz[k] = -c->dz[k];
+        rtk_vec3 tinted = rtk_mul(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), rtk_v3(c->cr[k], c->cg[k], c->cb[k]));
+        rtk_vec3 diffuse = rtk_scale(tinted, l->diffusion[k]);
         kr[k] = diffuse.x;
         kg[k] = diffuse.y;
         kb[k] = diffuse.z;
-        sr[k] = specular.x;
-        sg[k] = specular.y;
-        sb[k] = specular.z;
-        lit[k] = !(rtk_max(rtk_maxabs(diffuse), rtk_maxabs(specular)) == 0.0f);
     }
-    RTI_EACH_LANE(k)
-    dark |= !lit[k];
-    if (!dark) {
-        w->lit_count += c->count;
-        return;
-    }
-    for (uint32_t k = 0; k < c->count; k++) {
-        const uint32_t at = w->lit_count;
-        if (!lit[k])
-            continue;
-        for (uint32_t r = 0; r < RTI_LIT_ROWS; r++)
-            w->lit[r * stride + at] = to[r * stride + k];
-        w->lit_ray[at] = c->ray[k];
-        w->lit_home[at] = c->home[k];
-        w->lit_count++;
-    }
-}
-
-/* Rays that leave a sheaf, and what they have of those that made them. */
-typedef struct leaving {
-    float ox[RTK_BLOCK] RTI_ROW, oy[RTK_BLOCK] RTI_ROW, oz[RTK_BLOCK] RTI_ROW;
-    float dx[RTK_BLOCK] RTI_ROW, dy[RTK_BLOCK] RTI_ROW, dz[RTK_BLOCK] RTI_ROW;
-    float tr[RTK_BLOCK] RTI_ROW, tg[RTK_BLOCK] RTI_ROW, tb[RTK_BLOCK] RTI_ROW;
-    uint32_t pixel[RTK_BLOCK] RTI_ROW, sample[RTK_BLOCK] RTI_ROW;
-    uint32_t depth_kind[RTK_BLOCK] RTI_ROW; /* here of who made them */
-    uint32_t key_lo[RTK_BLOCK] RTI_ROW, key_hi[RTK_BLOCK] RTI_ROW;
-    float eta[RTK_BLOCK] RTI_ROW;
-} leaving;
-
-/* Some lanes onto the stack. All are of one kind and depth. */
-static void push_lanes(rti_worker *w, const rti_sheaf *c, const leaving *s, uint32_t kind, uint32_t mask, uint32_t lanes)
-{
-    const uint32_t depth_kind = (c->depth + 1) | kind << 16;
-    w->counts.rays[kind] += (uint32_t)__builtin_popcount(lanes);
-    for (uint32_t l = lanes; l != 0; l &= l - 1)
-        w->slots[c->home[__builtin_ctz(l)] >> w->frame->slot_shift].live++;
-#ifdef RTI_PACK
-    while (lanes != 0) {
-        const uint32_t k = w->stack.count % RTK_BLOCK, some = rti_first(lanes, RTK_BLOCK - k);
-        rtk_trace_block *t = &w->stack.trace[w->stack.count / RTK_BLOCK];
-        rtk_path_block *p = &w->stack.path[w->stack.count / RTK_BLOCK];
-        rti_put_row(t->ox, k, some, s->ox);
-        rti_put_row(t->oy, k, some, s->oy);
-        rti_put_row(t->oz, k, some, s->oz);
-        rti_put_row(t->dx, k, some, s->dx);
-        rti_put_row(t->dy, k, some, s->dy);
-        rti_put_row(t->dz, k, some, s->dz);
-        rti_put_all(t->tmin, k, some, rtk_bits(0.0f));
-        rti_put_all(t->tmax, k, some, rtk_bits(RTK_INF));
-        rti_put_all(t->mask, k, some, mask);
-        rti_put_row(p->tpr, k, some, s->tr);
-        rti_put_row(p->tpg, k, some, s->tg);
-        rti_put_row(p->tpb, k, some, s->tb);
-        rti_put_row(p->pixel, k, some, s->pixel);
-        rti_put_row(p->sample, k, some, s->sample);
-        rti_put_all(p->depth_kind, k, some, depth_kind);
-        rti_put_row(p->key_lo, k, some, s->key_lo);
-        rti_put_row(p->key_hi, k, some, s->key_hi);
-        rti_put_row(p->eta, k, some, s->eta);
-        rti_put_row(p->width, k, some, c->footprint);
-        rti_put_row(p->spread, k, some, c->spread);
-        rti_put_all(p->pdf, k, some, rtk_bits(-1.0f));
-        rti_put_row(w->stack.home[w->stack.count / RTK_BLOCK].home, k, some, c->home);
-        w->stack.count += (uint32_t)__builtin_popcount(some);
-        lanes &= ~some;
-    }
-#else
-    for (; lanes != 0; lanes &= lanes - 1) {
-        const uint32_t k = (uint32_t)__builtin_ctz(lanes);
-        const rti_ray_state state = {
-            .tp = rtk_v3(s->tr[k], s->tg[k], s->tb[k]),
-            .pixel = s->pixel[k],
-            .sample = s->sample[k],
-            .depth = depth_kind & 0xffffu,
-            .kind = kind,
-            .key_lo = s->key_lo[k],
-            .key_hi = s->key_hi[k],
-            .eta = s->eta[k],
-            .width = c->footprint[k],
-            .spread = c->spread[k],
-            .pdf = -1.0f,
-            .home = c->home[k],
-        };
-        rti_put_ray(&w->stack, w->stack.count++, rtk_v3(s->ox[k], s->oy[k], s->oz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]), mask,
-                    &state);
-    }
-#endif
+    rti_note_lit(w, c);
 }
 
 /* Mirror rays of a sheaf in which nothing is transparent. */
-RTI_LANES_FN static void send_mirrors(rti_worker *w, const rti_sheaf *c, const looks *l)
+RTI_LANES_FN static void send_mirrors(rti_worker *w, const rti_sheaf *c, const rti_looks *l)
 {
-    uint32_t goes[RTK_BLOCK] RTI_ROW, lanes = 0;
-    leaving s;
-    rti_take_rows(c, (const char *)w->batch.path + offsetof(rtk_path_block, pixel), sizeof *w->batch.path, 6,
-                  (char *)&s + offsetof(leaving, pixel));
+    rti_leaving s;
+    rti_leaving_of(w, c, &s);
     RTI_EACH_LANE(k)
     {
-        rtk_vec3 d = rtk_v3(c->dx[k], c->dy[k], c->dz[k]), ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
-        rtk_vec3 a = rtk_reflect(d, rtk_v3(c->nx[k], c->ny[k], c->nz[k])), b = rtk_reflect(d, ng), dir, org;
         rtk_vec3 tp = rtk_scale(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), l->reflectiveness[k]);
-        int above = rtk_dot3(a, ng) > 0.0f;
-        dir = rtk_v3(above ? a.x : b.x, above ? a.y : b.y, above ? a.z : b.z);
-        org = rtk_leave(rtk_v3(c->px[k], c->py[k], c->pz[k]), ng, c->error[k], dir);
-        goes[k] = rtk_maxabs(tp) >= RTI_THROUGHPUT_MIN;
-        s.ox[k] = org.x;
-        s.oy[k] = org.y;
-        s.oz[k] = org.z;
-        s.dx[k] = dir.x;
-        s.dy[k] = dir.y;
-        s.dz[k] = dir.z;
         s.tr[k] = tp.x;
         s.tg[k] = tp.y;
         s.tb[k] = tp.z;
     }
-    RTI_EACH_LANE(k)
-    {
-        rtk_key key = {s.key_lo[k], s.key_hi[k]};
-        key = rtk_key_child(key, RTK_KIND_REFLECT);
-        s.key_lo[k] = key.lo;
-        s.key_hi[k] = key.hi;
-    }
-    RTI_EACH_LANE(k)
-    lanes |= goes[k] << k;
-    push_lanes(w, c, &s, RTK_KIND_REFLECT, RT_MASK_REFLECTION, lanes & ((1u << c->count) - 1));
+    rti_push_mirrors(w, c, &s, (1u << c->count) - 1);
 }
 
 /* Both rays of each lane. */
@@ -235,14 +65,14 @@ static void send_both(rti_worker *w, const rti_sheaf *c)
 
 void RTI_ISA_FN(rti_lanes_whitted)(rti_worker *w, rti_sheaf *c)
 {
-    looks l;
+    rti_looks l;
     if (c->material_kind == RTI_LOOK_EMISSIVE) {
         for (uint32_t k = 0; k < c->count; k++)
             rti_add(w, c->home[k],
                     rtk_mul(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), rti_emission(&w->frame->scene->materials[c->material[k]])));
         return;
     }
-    load_looks(w->frame->scene, c, &l);
+    rti_load_looks(w->frame->scene, c, &l);
     if (l.shown)
         show_ambient(w, c, &l, (1u << c->count) - 1);
     note_lit(w, c, &l);

@@ -92,4 +92,8 @@ static inline bool rti_bend(const rti_point *p, rtk_vec3 *dir)
 /* shade_whitted.c: the mirror ray and the refracted ray of the classic material. */
 void rti_send_classic(rti_worker *worker, const rti_point *p);
 
+/* shade_path.c: lane k of a sheaf of the classic material; of what shines. */
+void rti_path_classic(rti_worker *worker, const rti_sheaf *sheaf, uint32_t k);
+void rti_path_meet(rti_worker *worker, const rti_sheaf *sheaf, uint32_t k);
+
 #endif

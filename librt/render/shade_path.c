@@ -5,11 +5,11 @@
  * A spherical light whose body is visible can be met by a diffuse ray too. With inverse-square falloff both ways are weighed by
  * the balance heuristic (Veach, Guibas 1995); without falloff such a light has no radiance of its own, and only asking counts.
  *
- * Russian roulette draws from the path's own key, so a path's end does not depend on when it is looked at. */
+ * Russian roulette draws from the path's own key, so a path's end does not depend on when it is looked at.
+ *
+ * Here is a point by itself: lanes_path.c does the same for sheaves in which nothing is transparent. */
 #include "../kernel/lights.h"
 #include "shade.h"
-
-#define SURVIVE_MAX 0.95f
 
 /* Weights of the lobes at a point; total is their sum. */
 typedef struct lobes {
@@ -69,8 +69,7 @@ static void go_on(rti_worker *w, const rti_point *p, const lobes *l, uint32_t se
             return;
         tp = rtk_mul(tp, rtk_scale(l->diffuse, 1.0f / probability));
         child = rti_child(p, RTK_KIND_DIFFUSE, tp, probability * rtk_cosine_pdf(cosine));
-        /* The texture's level of detail: a diffuse ray stands for a wide cone. */
-        child.spread = rtk_max(child.spread, 0.2f);
+        child.spread = rtk_max(child.spread, RTI_DIFFUSE_SPREAD);
         rti_push(w, rtk_surface_leave(p->s, dir), dir, RT_MASK_DIFFUSE, &child);
     } else if (at < l->diffuse_share + l->mirror_share) {
         rti_push_mirror(w, p, rtk_scale(tp, l->mirror * l->total / l->mirror_share));
@@ -93,7 +92,7 @@ static void shade_classic(rti_worker *w, uint32_t i, const rti_point *p)
         return;
     const uint32_t seed = rti_vertex_seed(f, &p->state), place = rtk_shuffled(seed, p->state.sample, RTK_DIM_LOBE);
     if (p->state.depth + 1 >= f->set.roulette_from) { /* numbers of one group with RTK_DIM_BSDF_U */
-        survive = rtk_clamp(rtk_maxabs(p->state.tp) * l.total, 0.05f, SURVIVE_MAX);
+        survive = rtk_clamp(rtk_maxabs(p->state.tp) * l.total, RTI_SURVIVE_MIN, RTI_SURVIVE_MAX);
         if (!(rtk_unit_float(rtk_scrambled(seed, place, RTK_DIM_ROULETTE)) < survive))
             return;
     }
@@ -102,20 +101,20 @@ static void shade_classic(rti_worker *w, uint32_t i, const rti_point *p)
     go_on(w, p, &l, seed, place, pick, survive);
 }
 
-static void shade(rti_worker *w, rti_sheaf *c)
+void rti_path_classic(rti_worker *w, const rti_sheaf *c, uint32_t k)
 {
-    for (uint32_t k = 0; k < c->count; k++) {
-        rti_point p = rti_sheaf_point(w, c, k);
-        if (p.material->type == RTK_MATERIAL_EMISSIVE) {
-            float weight = meeting_weight(w->frame, rti_hit_at(w->hits, c->ray[k]), p.ray.org, p.state.pdf);
-            rti_add(w, p.state.home, rtk_mul(p.state.tp, rtk_scale(rti_emission(p.material), weight)));
-        } else {
-            shade_classic(w, c->ray[k], &p);
-        }
-    }
+    const rti_point p = rti_sheaf_point(w, c, k);
+    shade_classic(w, c->ray[k], &p);
+}
+
+void rti_path_meet(rti_worker *w, const rti_sheaf *c, uint32_t k)
+{
+    const rti_point p = rti_sheaf_point(w, c, k);
+    const float weight = meeting_weight(w->frame, rti_hit_at(w->hits, c->ray[k]), p.ray.org, p.state.pdf);
+    rti_add(w, p.state.home, rtk_mul(p.state.tp, rtk_scale(rti_emission(p.material), weight)));
 }
 
 void rti_shade_path(struct rti_worker *worker, uint32_t first, uint32_t count)
 {
-    rti_sheaves(worker, first, count, shade);
+    rti_sheaves(worker, first, count, worker->frame->lanes->path);
 }

@@ -1,0 +1,228 @@
+/* What both integrators of the classic material do in lanes: its looks, points that are noted for the lights, rays that leave a
+ * sheaf. For lanes_whitted.c and lanes_path.c. */
+#ifndef RTI_LANES_CLASSIC_H
+#define RTI_LANES_CLASSIC_H
+
+#include "../kernel/classic.h"
+#include "../kernel/surface.h"
+#include "lanes_rows.h"
+#include "shade_limits.h"
+
+/* Of the sheaf's materials. */
+typedef struct rti_looks {
+    float diffusion[RTK_BLOCK] RTI_ROW, reflectiveness[RTK_BLOCK] RTI_ROW, transparency[RTK_BLOCK] RTI_ROW;
+    float ambient[RTK_BLOCK] RTI_ROW, specular[RTK_BLOCK] RTI_ROW, shininess[RTK_BLOCK] RTI_ROW;
+    bool shown, mirrors, clear; /* some lane has ambient light; reflects; is transparent */
+} rti_looks;
+
+static inline void rti_load_looks(const rtk_scene *scene, const rti_sheaf *c, rti_looks *l)
+{
+    const rtk_material *m = &scene->materials[c->material[0]];
+    float ambient = 0.0f, mirror = 0.0f, clear = 0.0f;
+    if (c->one_material) {
+        const float d = m->diffusion, r = m->reflectiveness, t = m->transparency, a = m->ambient, s = m->specular,
+                    e = m->shininess;
+        RTI_EACH_LANE(k)
+        {
+            l->diffusion[k] = d;
+            l->reflectiveness[k] = r;
+            l->transparency[k] = t;
+            l->ambient[k] = a;
+            l->specular[k] = s;
+            l->shininess[k] = e;
+        }
+        ambient = a;
+        mirror = r;
+        clear = t;
+    } else {
+        RTI_EACH_LANE(k)
+        {
+            m = &scene->materials[c->material[k]];
+            l->diffusion[k] = m->diffusion;
+            l->reflectiveness[k] = m->reflectiveness;
+            l->transparency[k] = m->transparency;
+            l->ambient[k] = m->ambient;
+            l->specular[k] = m->specular;
+            l->shininess[k] = m->shininess;
+            ambient = rtk_max(ambient, m->ambient);
+            mirror = rtk_max(mirror, m->reflectiveness);
+            clear = rtk_max(clear, m->transparency);
+        }
+    }
+    l->shown = ambient > 0.0f;
+    l->mirrors = mirror > 0.0f;
+    l->clear = clear > 0.0f;
+}
+
+/* Points that may be lit are noted in two halves. First where they are, from where they are seen, and their highlights; what is
+ * missing then (RTI_LIT_KR to KB, RTI_LIT_DIFFUSE_PDF) goes behind those that are noted (rti_lit_row). */
+static inline float *rti_lit_row(const rti_worker *w, uint32_t row)
+{
+    return w->lit + (size_t)row * w->lit_stride + w->lit_count;
+}
+
+RTI_LANES_FN static inline void rti_note_seen(rti_worker *w, const rti_sheaf *c, const rti_looks *l)
+{
+    float *vx = rti_lit_row(w, RTI_LIT_VX), *vy = rti_lit_row(w, RTI_LIT_VY), *vz = rti_lit_row(w, RTI_LIT_VZ);
+    float *sr = rti_lit_row(w, RTI_LIT_SR), *sg = rti_lit_row(w, RTI_LIT_SG), *sb = rti_lit_row(w, RTI_LIT_SB);
+    rti_note_points(w, c);
+    memcpy(rti_lit_row(w, RTI_LIT_SHININESS), l->shininess, sizeof l->shininess);
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 specular = rtk_scale(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), l->specular[k]);
+        vx[k] = -c->dx[k];
+        vy[k] = -c->dy[k];
+        vz[k] = -c->dz[k];
+        sr[k] = specular.x;
+        sg[k] = specular.y;
+        sb[k] = specular.z;
+    }
+}
+
+/* Then only those stay that some light can be seen in. What stands behind the count is overwritten by the next. */
+RTI_LANES_FN static inline void rti_note_lit(rti_worker *w, const rti_sheaf *c)
+{
+    const float *kr = rti_lit_row(w, RTI_LIT_KR), *kg = rti_lit_row(w, RTI_LIT_KG), *kb = rti_lit_row(w, RTI_LIT_KB);
+    const float *sr = rti_lit_row(w, RTI_LIT_SR), *sg = rti_lit_row(w, RTI_LIT_SG), *sb = rti_lit_row(w, RTI_LIT_SB);
+    float *from = w->lit + w->lit_count;
+    uint32_t lit[RTK_BLOCK] RTI_ROW, dark = 0;
+    RTI_EACH_LANE(k)
+    lit[k] = !((rtk_maxabs(rtk_v3(kr[k], kg[k], kb[k])) == 0.0f) & (rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) == 0.0f));
+    RTI_EACH_LANE(k)
+    dark |= !lit[k];
+    if (!dark) {
+        w->lit_count += c->count;
+        return;
+    }
+    for (uint32_t k = 0; k < c->count; k++) {
+        const uint32_t at = w->lit_count;
+        if (!lit[k])
+            continue;
+        for (uint32_t r = 0; r < RTI_LIT_ROWS; r++)
+            w->lit[r * (size_t)w->lit_stride + at] = from[r * (size_t)w->lit_stride + k];
+        w->lit_ray[at] = c->ray[k];
+        w->lit_home[at] = c->home[k];
+        w->lit_count++;
+    }
+}
+
+/* Rays that leave a sheaf, and what they have of those that made them. */
+typedef struct rti_leaving {
+    float ox[RTK_BLOCK] RTI_ROW, oy[RTK_BLOCK] RTI_ROW, oz[RTK_BLOCK] RTI_ROW;
+    float dx[RTK_BLOCK] RTI_ROW, dy[RTK_BLOCK] RTI_ROW, dz[RTK_BLOCK] RTI_ROW;
+    float tr[RTK_BLOCK] RTI_ROW, tg[RTK_BLOCK] RTI_ROW, tb[RTK_BLOCK] RTI_ROW;
+    uint32_t pixel[RTK_BLOCK] RTI_ROW, sample[RTK_BLOCK] RTI_ROW;
+    uint32_t depth_kind[RTK_BLOCK] RTI_ROW; /* here of who made them */
+    uint32_t key_lo[RTK_BLOCK] RTI_ROW, key_hi[RTK_BLOCK] RTI_ROW;
+    float eta[RTK_BLOCK] RTI_ROW;
+    float spread[RTK_BLOCK] RTI_ROW, pdf[RTK_BLOCK] RTI_ROW; /* of the new rays */
+} rti_leaving;
+
+/* Fills what they have of those that made them: pixel ... eta. */
+static inline void rti_leaving_of(const rti_worker *w, const rti_sheaf *c, rti_leaving *s)
+{
+    rti_take_rows(c, (const char *)w->batch.path + offsetof(rtk_path_block, pixel), sizeof *w->batch.path, 6,
+                  (char *)s + offsetof(rti_leaving, pixel));
+}
+
+/* Their keys become those of children of a kind. */
+RTI_LANES_FN static inline void rti_leaving_keys(rti_leaving *s, uint32_t kind)
+{
+    RTI_EACH_LANE(k)
+    {
+        rtk_key key = {s->key_lo[k], s->key_hi[k]};
+        key = rtk_key_child(key, kind);
+        s->key_lo[k] = key.lo;
+        s->key_hi[k] = key.hi;
+    }
+}
+
+/* Some lanes onto the stack. All are of one kind and depth. */
+static inline void rti_push_lanes(rti_worker *w, const rti_sheaf *c, const rti_leaving *s, uint32_t kind, uint32_t mask,
+                                  uint32_t lanes)
+{
+    const uint32_t depth_kind = (c->depth + 1) | kind << 16;
+    w->counts.rays[kind] += (uint32_t)__builtin_popcount(lanes);
+    for (uint32_t l = lanes; l != 0; l &= l - 1)
+        w->slots[c->home[__builtin_ctz(l)] >> w->frame->slot_shift].live++;
+#ifdef RTI_PACK
+    while (lanes != 0) {
+        const uint32_t k = w->stack.count % RTK_BLOCK, some = rti_first(lanes, RTK_BLOCK - k);
+        rtk_trace_block *t = &w->stack.trace[w->stack.count / RTK_BLOCK];
+        rtk_path_block *p = &w->stack.path[w->stack.count / RTK_BLOCK];
+        rti_put_row(t->ox, k, some, s->ox);
+        rti_put_row(t->oy, k, some, s->oy);
+        rti_put_row(t->oz, k, some, s->oz);
+        rti_put_row(t->dx, k, some, s->dx);
+        rti_put_row(t->dy, k, some, s->dy);
+        rti_put_row(t->dz, k, some, s->dz);
+        rti_put_all(t->tmin, k, some, rtk_bits(0.0f));
+        rti_put_all(t->tmax, k, some, rtk_bits(RTK_INF));
+        rti_put_all(t->mask, k, some, mask);
+        rti_put_row(p->tpr, k, some, s->tr);
+        rti_put_row(p->tpg, k, some, s->tg);
+        rti_put_row(p->tpb, k, some, s->tb);
+        rti_put_row(p->pixel, k, some, s->pixel);
+        rti_put_row(p->sample, k, some, s->sample);
+        rti_put_all(p->depth_kind, k, some, depth_kind);
+        rti_put_row(p->key_lo, k, some, s->key_lo);
+        rti_put_row(p->key_hi, k, some, s->key_hi);
+        rti_put_row(p->eta, k, some, s->eta);
+        rti_put_row(p->width, k, some, c->footprint);
+        rti_put_row(p->spread, k, some, s->spread);
+        rti_put_row(p->pdf, k, some, s->pdf);
+        rti_put_row(w->stack.home[w->stack.count / RTK_BLOCK].home, k, some, c->home);
+        w->stack.count += (uint32_t)__builtin_popcount(some);
+        lanes &= ~some;
+    }
+#else
+    for (; lanes != 0; lanes &= lanes - 1) {
+        const uint32_t k = (uint32_t)__builtin_ctz(lanes);
+        const rti_ray_state state = {
+            .tp = rtk_v3(s->tr[k], s->tg[k], s->tb[k]),
+            .pixel = s->pixel[k],
+            .sample = s->sample[k],
+            .depth = depth_kind & 0xffffu,
+            .kind = kind,
+            .key_lo = s->key_lo[k],
+            .key_hi = s->key_hi[k],
+            .eta = s->eta[k],
+            .width = c->footprint[k],
+            .spread = s->spread[k],
+            .pdf = s->pdf[k],
+            .home = c->home[k],
+        };
+        rti_put_ray(&w->stack, w->stack.count++, rtk_v3(s->ox[k], s->oy[k], s->oz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]), mask,
+                    &state);
+    }
+#endif
+}
+
+/* Mirror rays of some lanes: their throughputs are there. */
+RTI_LANES_FN static inline void rti_push_mirrors(rti_worker *w, const rti_sheaf *c, rti_leaving *s, uint32_t some)
+{
+    uint32_t goes[RTK_BLOCK] RTI_ROW, lanes = 0;
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 d = rtk_v3(c->dx[k], c->dy[k], c->dz[k]), ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
+        rtk_vec3 a = rtk_reflect(d, rtk_v3(c->nx[k], c->ny[k], c->nz[k])), b = rtk_reflect(d, ng), dir, org;
+        int above = rtk_dot3(a, ng) > 0.0f; /* rtk_mirror */
+        dir = rtk_v3(above ? a.x : b.x, above ? a.y : b.y, above ? a.z : b.z);
+        org = rtk_leave(rtk_v3(c->px[k], c->py[k], c->pz[k]), ng, c->error[k], dir);
+        goes[k] = rtk_maxabs(rtk_v3(s->tr[k], s->tg[k], s->tb[k])) >= RTI_THROUGHPUT_MIN;
+        s->ox[k] = org.x;
+        s->oy[k] = org.y;
+        s->oz[k] = org.z;
+        s->dx[k] = dir.x;
+        s->dy[k] = dir.y;
+        s->dz[k] = dir.z;
+        s->spread[k] = c->spread[k];
+        s->pdf[k] = -1.0f;
+    }
+    rti_leaving_keys(s, RTK_KIND_REFLECT);
+    RTI_EACH_LANE(k)
+    lanes |= goes[k] << k;
+    rti_push_lanes(w, c, s, RTK_KIND_REFLECT, RT_MASK_REFLECTION, lanes & some);
+}
+
+#endif

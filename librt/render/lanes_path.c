@@ -1,0 +1,204 @@
+/* Path tracing in lanes, as shade_path.c describes it: a point for the lights, and one ray that goes on, by the diffuse lobe or
+ * as the mirror's. Sheaves in which something is transparent are told there, lane after lane. */
+#include "../kernel/sampling.h"
+#include "lanes.h"
+#include "lanes_classic.h"
+#include "lanes_table.h"
+#include "shade.h"
+
+/* Shares of a sheaf's lobes, each lane's random numbers, and which way it goes on. */
+typedef struct lobes {
+    float dr[RTK_BLOCK] RTI_ROW, dg[RTK_BLOCK] RTI_ROW, db[RTK_BLOCK] RTI_ROW; /* the diffuse lobe's weight */
+    float diffuse[RTK_BLOCK] RTI_ROW, total[RTK_BLOCK] RTI_ROW;                /* share of it, and of both */
+    float survive[RTK_BLOCK] RTI_ROW, pick[RTK_BLOCK] RTI_ROW;
+    uint32_t seed[RTK_BLOCK] RTI_ROW, place[RTK_BLOCK] RTI_ROW;
+    uint32_t goes[RTK_BLOCK] RTI_ROW;
+    uint32_t ends; /* no ray goes on: they are as deep as rays go */
+} lobes;
+
+RTI_LANES_FN static void find_lobes(const rti_sheaf *c, const rti_looks *l, lobes *s)
+{
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 d = rtk_scale(rtk_v3(c->cr[k], c->cg[k], c->cb[k]), l->diffusion[k]);
+        s->dr[k] = d.x;
+        s->dg[k] = d.y;
+        s->db[k] = d.z;
+        s->diffuse[k] = rtk_maxabs(d);
+        s->total[k] = s->diffuse[k] + l->reflectiveness[k];
+        s->goes[k] = s->total[k] > 0.0f;
+    }
+}
+
+RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const rti_looks *l, const lobes *s)
+{
+    float *kr = rti_lit_row(w, RTI_LIT_KR), *kg = rti_lit_row(w, RTI_LIT_KG), *kb = rti_lit_row(w, RTI_LIT_KB);
+    float *pdf = rti_lit_row(w, RTI_LIT_DIFFUSE_PDF);
+    const uint32_t ends = s->ends;
+    rti_note_seen(w, c, l);
+    RTI_EACH_LANE(k)
+    {
+        const uint32_t goes = s->goes[k] & (ends ^ 1u);
+        const float share = s->diffuse[k] / s->total[k];
+        kr[k] = c->tpr[k] * s->dr[k];
+        kg[k] = c->tpg[k] * s->dg[k];
+        kb[k] = c->tpb[k] * s->db[k];
+        pdf[k] = goes ? share : 0.0f;
+    }
+    rti_note_lit(w, c);
+}
+
+/* Which rays go on, and by which number they choose how. */
+RTI_LANES_FN static void draw(const rti_worker *w, const rti_sheaf *c, const rti_leaving *from, lobes *s)
+{
+    const uint32_t of_frame = w->frame->seed;
+    uint32_t several = 0;
+    RTI_EACH_LANE(k)
+    {
+        rtk_key key = {from->key_lo[k], from->key_hi[k]};
+        s->seed[k] = rtk_vertex_seed(of_frame, from->pixel[k], key);
+        s->place[k] = rtk_shuffled(s->seed[k], from->sample[k], RTK_DIM_LOBE);
+        s->survive[k] = 1.0f;
+        s->pick[k] = 0.0f;
+        several |= s->diffuse[k] < s->total[k];
+    }
+    if (c->depth + 1 >= w->frame->set.roulette_from) {
+        RTI_EACH_LANE(k)
+        {
+            const float least = rtk_maxabs(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k])) * s->total[k];
+            s->survive[k] = rtk_clamp(least, RTI_SURVIVE_MIN, RTI_SURVIVE_MAX);
+            s->goes[k] &= rtk_unit_float(rtk_scrambled(s->seed[k], s->place[k], RTK_DIM_ROULETTE)) < s->survive[k];
+        }
+    }
+    if (several) {
+        RTI_EACH_LANE(k)
+        {
+            const float pick = rtk_unit_float(rtk_scrambled(s->seed[k], s->place[k], RTK_DIM_LOBE));
+            s->pick[k] = s->diffuse[k] < s->total[k] ? pick : 0.0f;
+        }
+    }
+}
+
+/* Directions of the diffuse lobe. */
+RTI_LANES_FN static void scatter(const rti_sheaf *c, const lobes *s, rti_leaving *to)
+{
+    float x[RTK_BLOCK] RTI_ROW, y[RTK_BLOCK] RTI_ROW;
+    uint32_t plain[RTK_BLOCK] RTI_ROW, rare = 0;
+    RTI_EACH_LANE(k)
+    {
+        rtk_uv u = rtk_random2_at(s->seed[k], s->place[k], RTK_DIM_BSDF_U);
+        x[k] = u.x;
+        y[k] = u.y;
+    }
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 dir;
+        rtk_uv u = {x[k], y[k]};
+        plain[k] = (uint32_t)rtk_cosine_direction_plain(rtk_v3(c->nx[k], c->ny[k], c->nz[k]), u, &dir);
+        to->dx[k] = dir.x;
+        to->dy[k] = dir.y;
+        to->dz[k] = dir.z;
+    }
+    RTI_EACH_LANE(k)
+    rare |= !plain[k];
+    for (uint32_t k = 0; k < RTK_BLOCK && rare; k++) {
+        if (!plain[k]) {
+            rtk_uv u = {x[k], y[k]};
+            rtk_vec3 dir = rtk_cosine_direction(rtk_v3(c->nx[k], c->ny[k], c->nz[k]), u);
+            to->dx[k] = dir.x;
+            to->dy[k] = dir.y;
+            to->dz[k] = dir.z;
+        }
+    }
+}
+
+static uint32_t lanes_of(const uint32_t *goes, uint32_t count)
+{
+    uint32_t lanes = 0;
+    RTI_EACH_LANE(k)
+    lanes |= goes[k] << k;
+    return lanes & ((1u << count) - 1);
+}
+
+RTI_LANES_FN static void send_diffuse(rti_worker *w, const rti_sheaf *c, const lobes *s, const uint32_t *goes, rti_leaving *to)
+{
+    uint32_t up[RTK_BLOCK] RTI_ROW;
+    scatter(c, s, to);
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 dir = rtk_v3(to->dx[k], to->dy[k], to->dz[k]), ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
+        const float probability = s->diffuse[k] / s->total[k];
+        const float cosine = rtk_dot3(dir, rtk_v3(c->nx[k], c->ny[k], c->nz[k]));
+        rtk_vec3 org = rtk_leave(rtk_v3(c->px[k], c->py[k], c->pz[k]), ng, c->error[k], dir);
+        rtk_vec3 tp = rtk_scale(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), 1.0f / s->survive[k]);
+        tp = rtk_mul(tp, rtk_scale(rtk_v3(s->dr[k], s->dg[k], s->db[k]), 1.0f / probability));
+        up[k] = goes[k] & (uint32_t)((cosine > 0.0f) & (rtk_dot3(dir, ng) > 0.0f));
+        to->ox[k] = org.x;
+        to->oy[k] = org.y;
+        to->oz[k] = org.z;
+        to->tr[k] = tp.x;
+        to->tg[k] = tp.y;
+        to->tb[k] = tp.z;
+        to->spread[k] = rtk_max(c->spread[k], RTI_DIFFUSE_SPREAD);
+        to->pdf[k] = probability * rtk_cosine_pdf(cosine);
+    }
+    rti_leaving_keys(to, RTK_KIND_DIFFUSE);
+    rti_push_lanes(w, c, to, RTK_KIND_DIFFUSE, RT_MASK_DIFFUSE, lanes_of(up, c->count));
+}
+
+/* One ray at most leaves each lane: the lobe that its number falls into. */
+RTI_LANES_FN static void go_on(rti_worker *w, const rti_sheaf *c, const rti_looks *l, lobes *s)
+{
+    uint32_t diffuse[RTK_BLOCK] RTI_ROW, mirror[RTK_BLOCK] RTI_ROW, some = 0, others = 0;
+    float strength[RTK_BLOCK] RTI_ROW;
+    rti_leaving from, to;
+    rti_leaving_of(w, c, &from);
+    draw(w, c, &from, s);
+    RTI_EACH_LANE(k)
+    {
+        const float at = s->pick[k] * s->total[k];
+        const uint32_t first = at < s->diffuse[k];
+        diffuse[k] = s->goes[k] & first;
+        mirror[k] = s->goes[k] & (first ^ 1u);
+        strength[k] = l->reflectiveness[k] * s->total[k] / l->reflectiveness[k];
+        some |= diffuse[k];
+        others |= mirror[k];
+    }
+    if (some) {
+        to = from;
+        send_diffuse(w, c, s, diffuse, &to);
+    }
+    if (!others)
+        return;
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 tp = rtk_scale(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), 1.0f / s->survive[k]);
+        tp = rtk_scale(tp, strength[k]);
+        from.tr[k] = tp.x;
+        from.tg[k] = tp.y;
+        from.tb[k] = tp.z;
+    }
+    rti_push_mirrors(w, c, &from, lanes_of(mirror, c->count));
+}
+
+void RTI_ISA_FN(rti_lanes_path)(rti_worker *w, rti_sheaf *c)
+{
+    rti_looks l;
+    lobes s;
+    if (c->material_kind == RTI_LOOK_EMISSIVE) {
+        for (uint32_t k = 0; k < c->count; k++)
+            rti_path_meet(w, c, k);
+        return;
+    }
+    rti_load_looks(w->frame->scene, c, &l);
+    if (l.clear) {
+        for (uint32_t k = 0; k < c->count; k++)
+            rti_path_classic(w, c, k);
+        return;
+    }
+    find_lobes(c, &l, &s);
+    s.ends = c->depth >= w->frame->set.desc.max_depth;
+    note_lit(w, c, &l, &s);
+    if (!s.ends)
+        go_on(w, c, &l, &s);
+}
