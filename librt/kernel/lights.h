@@ -35,20 +35,47 @@ RTK_FN float rtk_light_pdf(RT_GLOBAL const rtk_light *l, rtk_vec3 p)
     return rtk_cone_pdf(d2 > r2 ? rtk_cone_height(r2 / d2) : 2.0f);
 }
 
-RTK_FN rtk_light_sample rtk_light_sphere(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float u, float v)
+/* A sample of a spherical light but for its direction: that is of the cone about d, at x of it (rtk_cone_direction). */
+RTK_FN rtk_light_sample rtk_light_sphere_about(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float u, rtk_vec3 *d, float *x)
 {
     rtk_light_sample s;
-    rtk_vec3 d = rtk_sub(rtk_v3(l->at[0], l->at[1], l->at[2]), p);
-    float d2 = rtk_dot3(d, d), r2 = l->radius * l->radius, dist = rtk_sqrt(d2);
-    int outside = d2 > r2;
-    float sin2 = outside ? r2 / d2 : 1.0f, height = outside ? rtk_cone_height(sin2) : 2.0f, x = u * height;
+    float d2, r2 = l->radius * l->radius, dist, sin2, height, chord;
+    int outside;
+    *d = rtk_sub(rtk_v3(l->at[0], l->at[1], l->at[2]), p);
+    d2 = rtk_dot3(*d, *d);
+    dist = rtk_sqrt(d2);
+    outside = d2 > r2;
+    sin2 = outside ? r2 / d2 : 1.0f;
+    height = outside ? rtk_cone_height(sin2) : 2.0f;
+    *x = u * height;
     /* Half the chord along dir: from the sine that dir was made with, so that a small far sphere keeps its digits. */
-    float chord = rtk_sqrt(rtk_max(0.0f, r2 - d2 * (x * (2.0f - x))));
-    s.dir = rtk_cone_direction(rtk_unit(d), x, v);
-    s.distance = outside ? rtk_max(dist * (1.0f - x) - chord, 0.0f) : dist * (1.0f - x) + chord;
+    chord = rtk_sqrt(rtk_max(0.0f, r2 - d2 * (*x * (2.0f - *x))));
+    s.dir = *d;
+    s.distance = outside ? rtk_max(dist * (1.0f - *x) - chord, 0.0f) : dist * (1.0f - *x) + chord;
     s.e = rtk_scale(rtk_light_color(l), 2.0f * height / (l->falloff > 0.0f ? 1.0f : sin2));
     s.pdf = rtk_cone_pdf(height);
     return s;
+}
+
+RTK_FN rtk_light_sample rtk_light_sphere(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float u, float v)
+{
+    rtk_vec3 d;
+    float x;
+    rtk_light_sample s = rtk_light_sphere_about(l, p, u, &d, &x);
+    s.dir = rtk_cone_direction(rtk_unit(d), x, v);
+    return s;
+}
+
+/* That without a branch, for loops over lanes. Returns 0 where it takes another way. */
+RTK_FN int rtk_light_sphere_plain(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float u, float v, rtk_light_sample *s)
+{
+    rtk_vec3 d, dir;
+    float x;
+    int plain;
+    *s = rtk_light_sphere_about(l, p, u, &d, &x);
+    plain = rtk_unit_is_plain(rtk_maxabs(d)) & rtk_cone_direction_plain(rtk_unit_plain(d), x, v, &dir);
+    s->dir = dir;
+    return plain;
 }
 
 RTK_FN rtk_light_sample rtk_light_directional(RT_GLOBAL const rtk_light *l)
@@ -123,6 +150,20 @@ RTK_FN float rtk_light_end_at(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float er
 RTK_FN float rtk_light_end(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float error, float reach)
 {
     return l->type == RTK_LIGHT_DIRECTIONAL ? RTK_INF : rtk_light_end_at(l, p, error, reach);
+}
+
+/* Can the light be met by chance, too, as a body that diffuse rays hit? Then asking and meeting are weighed (shade_path.c). */
+RTK_FN int rtk_light_is_met(RT_GLOBAL const rtk_light *l)
+{
+    return (l->geom != RTK_INVALID) & (l->falloff > 0.0f);
+}
+
+/* Share of asking a light that is met, too: pdf of the direction by asking, and by going on with probability `diffuse_pdf` at
+ * this cosine (balance heuristic; Veach, Guibas 1995). */
+RTK_FN float rtk_light_asking(float select_pdf, float pdf, float cosine, float diffuse_pdf)
+{
+    float ask = select_pdf * pdf;
+    return ask / (ask + diffuse_pdf * rtk_cosine_pdf(cosine));
 }
 
 /* Light chosen by power: the first whose running sum exceeds u. */

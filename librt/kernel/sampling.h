@@ -22,20 +22,25 @@ RTK_FN rtk_vec3 rtk_polar_direction(rtk_vec3 w, float cosine, float sine, float 
     return rtk_unit(rtk_polar_sum(w, cosine, sine, sn, c));
 }
 
+/* That without a branch, for loops over lanes. Returns 0 where it takes another way. */
+RTK_FN int rtk_polar_direction_plain(rtk_vec3 w, float cosine, float sine, float v, rtk_vec3 *dir)
+{
+    float c, sn;
+    int plain = rtk_sincos_plain(2.0f * RTK_PI * v, &sn, &c);
+    rtk_vec3 d = rtk_polar_sum(w, cosine, sine, sn, c);
+    *dir = rtk_unit_plain(d);
+    return plain & rtk_unit_is_plain(rtk_maxabs(d));
+}
+
 /* Cosine-weighted direction about unit n. */
 RTK_FN rtk_vec3 rtk_cosine_direction(rtk_vec3 n, rtk_uv u)
 {
     return rtk_polar_direction(n, rtk_sqrt(1.0f - u.x), rtk_sqrt(u.x), u.y);
 }
 
-/* That without a branch, for loops over lanes. Returns 0 where it takes another way. */
 RTK_FN int rtk_cosine_direction_plain(rtk_vec3 n, rtk_uv u, rtk_vec3 *dir)
 {
-    float c, sn;
-    int plain = rtk_sincos_plain(2.0f * RTK_PI * u.y, &sn, &c);
-    rtk_vec3 d = rtk_polar_sum(n, rtk_sqrt(1.0f - u.x), rtk_sqrt(u.x), sn, c);
-    *dir = rtk_unit_plain(d);
-    return plain & rtk_unit_is_plain(rtk_maxabs(d));
+    return rtk_polar_direction_plain(n, rtk_sqrt(1.0f - u.x), rtk_sqrt(u.x), u.y, dir);
 }
 
 RTK_FN float rtk_cosine_pdf(float cosine)
@@ -53,6 +58,11 @@ RTK_FN float rtk_cone_height(float s)
 RTK_FN rtk_vec3 rtk_cone_direction(rtk_vec3 w, float x, float v)
 {
     return rtk_polar_direction(w, 1.0f - x, rtk_sqrt(rtk_max(0.0f, x * (2.0f - x))), v);
+}
+
+RTK_FN int rtk_cone_direction_plain(rtk_vec3 w, float x, float v, rtk_vec3 *dir)
+{
+    return rtk_polar_direction_plain(w, 1.0f - x, rtk_sqrt(rtk_max(0.0f, x * (2.0f - x))), v, dir);
 }
 
 RTK_FN float rtk_cone_pdf(float height)

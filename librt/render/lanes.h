@@ -141,8 +141,10 @@ struct rti_lanes {
     rti_sheaf_fn whitted; /* the classic material, whole */
     rti_sheaf_fn path;    /* likewise */
     rti_sheaf_fn ao;      /* notes points for `around` */
-    /* Every lit point [0, count) from one light, one ray each; spherical lights have a loop of their own. */
+    /* Every lit point [0, count) from one light: one ray each, or to a spherical one as many as it says. */
     void (*shine)(rti_worker *worker, uint32_t light);
+    /* Every lit point [0, count) from one light each, chosen by power. */
+    void (*one)(rti_worker *worker);
     /* Every lit point [0, count) from all around, ao_samples rays each. */
     void (*around)(rti_worker *worker);
     /* Adds what pending rays bring that are not occluded. */

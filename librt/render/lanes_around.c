@@ -1,0 +1,94 @@
+/* Points that ask all around them how open it is there, in lanes. */
+#include "../kernel/sampling.h"
+#include "lanes.h"
+#include "lanes_shadow.h"
+#include "lanes_table.h"
+
+#define LIT(row) rti_lit_from(w, RTI_LIT_##row, at)
+
+/* Points of camera rays, behind those that are noted: each shows its throughput where it is open. */
+void RTI_ISA_FN(rti_lanes_ao)(rti_worker *w, rti_sheaf *c)
+{
+    const size_t stride = w->lit_stride;
+    float *to = w->lit + w->lit_count;
+#define NOTE(row, from) memcpy(to + RTI_LIT_##row * stride, from, RTK_BLOCK * sizeof *to)
+    NOTE(KR, c->tpr);
+    NOTE(KG, c->tpg);
+    NOTE(KB, c->tpb);
+#undef NOTE
+    rti_note_points(w, c);
+    w->lit_count += c->count;
+}
+
+/* Where the rays start, how far they look and what each brings. */
+RTI_LANES_FN static void leave(const rti_worker *w, uint32_t at, float share, rti_shadow_lanes *s)
+{
+    const float *px = LIT(PX), *py = LIT(PY), *pz = LIT(PZ), *error = LIT(ERROR), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
+    const float *kr = LIT(KR), *kg = LIT(KG), *kb = LIT(KB), far = w->frame->ao_distance;
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 org = rtk_madd(rtk_v3(px[k], py[k], pz[k]), 2.0f * error[k], rtk_v3(gx[k], gy[k], gz[k]));
+        s->ox[k] = org.x;
+        s->oy[k] = org.y;
+        s->oz[k] = org.z;
+        s->tmax[k] = far;
+        s->c.r[k] = kr[k] * share;
+        s->c.g[k] = kg[k] * share;
+        s->c.b[k] = kb[k] * share;
+    }
+}
+
+/* Their directions: those of numbers first[k] + j. */
+RTI_LANES_FN static void spread(const rti_worker *w, uint32_t at, const uint32_t *seed, const uint32_t *first, uint32_t j,
+                                rti_shadow_lanes *s)
+{
+    const float *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
+    float x[RTK_BLOCK] RTI_ROW, y[RTK_BLOCK] RTI_ROW;
+    uint32_t plain[RTK_BLOCK] RTI_ROW, rare = 0;
+    RTI_EACH_LANE(k)
+    { /* rtk_random2 */
+        uint32_t place = rtk_shuffled(seed[k], first[k] + j, RTK_DIM_AO_U);
+        x[k] = rtk_unit_float(rtk_scrambled(seed[k], place, RTK_DIM_AO_U));
+        y[k] = rtk_unit_float(rtk_scrambled(seed[k], place, RTK_DIM_AO_V));
+    }
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 dir;
+        rtk_uv u = {x[k], y[k]};
+        plain[k] = (uint32_t)rtk_cosine_direction_plain(rtk_v3(nx[k], ny[k], nz[k]), u, &dir);
+        s->dx[k] = dir.x;
+        s->dy[k] = dir.y;
+        s->dz[k] = dir.z;
+    }
+    RTI_EACH_LANE(k)
+    rare |= !plain[k];
+    for (uint32_t k = 0; k < RTK_BLOCK && rare; k++) {
+        if (!plain[k]) {
+            rtk_uv u = {x[k], y[k]};
+            rtk_vec3 dir = rtk_cosine_direction(rtk_v3(nx[k], ny[k], nz[k]), u);
+            s->dx[k] = dir.x;
+            s->dy[k] = dir.y;
+            s->dz[k] = dir.z;
+        }
+    }
+    RTI_EACH_LANE(k)
+    s->goes[k] = rtk_dot3(rtk_v3(s->dx[k], s->dy[k], s->dz[k]), rtk_v3(gx[k], gy[k], gz[k])) > 0.0f;
+}
+
+void RTI_ISA_FN(rti_lanes_around)(rti_worker *w)
+{
+    const uint32_t each = w->frame->set.desc.ao_samples;
+    uint32_t seed[RTK_BLOCK] RTI_ROW, first[RTK_BLOCK] RTI_ROW;
+    rti_shadow_lanes s;
+    for (uint32_t at = 0; at < w->lit_count && !rti_cancelled(w->frame->cancel); at += RTK_BLOCK) {
+        const uint32_t n = w->lit_count - at < RTK_BLOCK ? w->lit_count - at : RTK_BLOCK;
+        rti_draw_lit(w, at, n, seed, first);
+        RTI_EACH_LANE(k)
+        first[k] *= each;
+        leave(w, at, 1.0f / (float)each, &s);
+        for (uint32_t j = 0; j < each; j++) {
+            spread(w, at, seed, first, j, &s);
+            rti_queue_lanes(w, RTI_LIGHT_MIXED, at, rti_going(&s, n), &s);
+        }
+    }
+}

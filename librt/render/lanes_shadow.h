@@ -1,0 +1,179 @@
+/* Sixteen shadow rays, and how they get into the queue (shadow.c), for lanes_light.c, lanes_one.c and lanes_around.c. */
+#ifndef RTI_LANES_SHADOW_H
+#define RTI_LANES_SHADOW_H
+
+#include "../kernel/classic.h"
+#include "../kernel/rng.h"
+#include "lanes_rows.h"
+
+/* The rays and what they bring. */
+typedef struct rti_shadow_lanes {
+    float ox[RTK_BLOCK] RTI_ROW, oy[RTK_BLOCK] RTI_ROW, oz[RTK_BLOCK] RTI_ROW;
+    float dx[RTK_BLOCK] RTI_ROW, dy[RTK_BLOCK] RTI_ROW, dz[RTK_BLOCK] RTI_ROW;
+    float tmax[RTK_BLOCK] RTI_ROW;
+    float cosine[RTK_BLOCK] RTI_ROW;
+    float er[RTK_BLOCK] RTI_ROW, eg[RTK_BLOCK] RTI_ROW, eb[RTK_BLOCK] RTI_ROW;
+    rti_light_lanes c;
+    uint32_t goes[RTK_BLOCK] RTI_ROW;
+} rti_shadow_lanes;
+
+/* A row of the points that are noted, from point `at` on. */
+static inline const float *rti_lit_from(const rti_worker *w, uint32_t row, uint32_t at)
+{
+    return w->lit + (size_t)row * w->lit_stride + at;
+}
+
+/* What each brings where nothing is between; a lane to which it brings nothing does not go. share, scale: weights of the Lambert
+ * part, and of all; NULL: 1. */
+static inline void rti_weigh_lanes(const rti_worker *w, uint32_t at, const float *share, const float *scale, rti_shadow_lanes *s)
+{
+    const float *kr = rti_lit_from(w, RTI_LIT_KR, at), *kg = rti_lit_from(w, RTI_LIT_KG, at),
+                *kb = rti_lit_from(w, RTI_LIT_KB, at);
+    const float *sr = rti_lit_from(w, RTI_LIT_SR, at), *sg = rti_lit_from(w, RTI_LIT_SG, at),
+                *sb = rti_lit_from(w, RTI_LIT_SB, at);
+    float shine[RTK_BLOCK] RTI_ROW;
+    uint32_t any = 0;
+    RTI_EACH_LANE(k)
+    {
+        uint32_t glossy = (uint32_t)(rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) > 0.0f);
+        shine[k] = 0.0f;
+        any |= glossy & s->goes[k];
+    }
+    if (any) {
+        const float *nx = rti_lit_from(w, RTI_LIT_NX, at), *ny = rti_lit_from(w, RTI_LIT_NY, at),
+                    *nz = rti_lit_from(w, RTI_LIT_NZ, at);
+        const float *vx = rti_lit_from(w, RTI_LIT_VX, at), *vy = rti_lit_from(w, RTI_LIT_VY, at),
+                    *vz = rti_lit_from(w, RTI_LIT_VZ, at);
+        const float *power = rti_lit_from(w, RTI_LIT_SHININESS, at);
+        for (uint32_t k = 0; k < RTK_BLOCK; k++)
+            if (s->goes[k] && rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) > 0.0f)
+                shine[k] = rtk_highlight(power[k], rtk_v3(nx[k], ny[k], nz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]),
+                                         rtk_v3(vx[k], vy[k], vz[k]));
+    }
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 c = rtk_v3(kr[k], kg[k], kb[k]), spec = rtk_v3(sr[k], sg[k], sb[k]), add;
+        int glossy = rtk_maxabs(spec) > 0.0f;
+        c = share ? rtk_scale(c, share[k]) : c;
+        add = rtk_madd(c, shine[k], spec);
+        c = rtk_v3(glossy ? add.x : c.x, glossy ? add.y : c.y, glossy ? add.z : c.z);
+        c = rtk_mul(c, rtk_scale(rtk_v3(s->er[k], s->eg[k], s->eb[k]), scale ? s->cosine[k] * scale[k] : s->cosine[k]));
+        s->c.r[k] = c.x;
+        s->c.g[k] = c.y;
+        s->c.b[k] = c.z;
+        s->goes[k] &= (uint32_t) !(rtk_maxabs(c) == 0.0f);
+    }
+}
+
+/* All sixteen, into a block of the queue as they are. */
+static inline void rti_queue_block(rti_worker *w, uint32_t at, const rti_shadow_lanes *s)
+{
+    rti_shadows *q = &w->shadows;
+    rtk_trace_block *t = &q->trace[q->count / RTK_BLOCK];
+    rti_pending_block *p = &q->pending[q->count / RTK_BLOCK];
+    memcpy(t->ox, s->ox, sizeof t->ox);
+    memcpy(t->oy, s->oy, sizeof t->oy);
+    memcpy(t->oz, s->oz, sizeof t->oz);
+    memcpy(t->dx, s->dx, sizeof t->dx);
+    memcpy(t->dy, s->dy, sizeof t->dy);
+    memcpy(t->dz, s->dz, sizeof t->dz);
+    memcpy(t->tmax, s->tmax, sizeof t->tmax);
+    memcpy(p->r, s->c.r, sizeof p->r);
+    memcpy(p->g, s->c.g, sizeof p->g);
+    memcpy(p->b, s->c.b, sizeof p->b);
+    memcpy(p->home, w->lit_home + at, sizeof p->home);
+    RTI_EACH_LANE(k)
+    {
+        t->tmin[k] = 0.0f;
+        t->mask[k] = RT_MASK_SHADOW;
+    }
+    q->count += RTK_BLOCK;
+}
+
+#ifdef RTI_PACK
+/* Some lanes behind those that are queued, in one block or two. */
+static inline void rti_queue_some(rti_worker *w, uint32_t at, uint32_t lanes, const rti_shadow_lanes *s)
+{
+    rti_shadows *q = &w->shadows;
+    while (lanes != 0) {
+        const uint32_t k = q->count % RTK_BLOCK, some = rti_first(lanes, RTK_BLOCK - k);
+        rtk_trace_block *t = &q->trace[q->count / RTK_BLOCK];
+        rti_pending_block *p = &q->pending[q->count / RTK_BLOCK];
+        rti_put_row(t->ox, k, some, s->ox);
+        rti_put_row(t->oy, k, some, s->oy);
+        rti_put_row(t->oz, k, some, s->oz);
+        rti_put_row(t->dx, k, some, s->dx);
+        rti_put_row(t->dy, k, some, s->dy);
+        rti_put_row(t->dz, k, some, s->dz);
+        rti_put_all(t->tmin, k, some, 0);
+        rti_put_row(t->tmax, k, some, s->tmax);
+        rti_put_all(t->mask, k, some, RT_MASK_SHADOW);
+        rti_put_row(p->r, k, some, s->c.r);
+        rti_put_row(p->g, k, some, s->c.g);
+        rti_put_row(p->b, k, some, s->c.b);
+        rti_put_row(p->home, k, some, w->lit_home + at);
+        q->count += (uint32_t)__builtin_popcount(some);
+        lanes &= ~some;
+    }
+}
+#endif
+
+/* Together, where there is a way; the queue has room. */
+static inline bool rti_queue_whole(rti_worker *w, uint32_t at, uint32_t lanes, const rti_shadow_lanes *s)
+{
+    if (lanes == 0xffffu && w->shadows.count % RTK_BLOCK == 0) {
+        rti_queue_block(w, at, s);
+        return true;
+    }
+#ifdef RTI_PACK
+    rti_queue_some(w, at, lanes, s);
+    return true;
+#else
+    return false;
+#endif
+}
+
+static inline uint32_t rti_going(const rti_shadow_lanes *s, uint32_t n)
+{
+    uint32_t lanes = 0;
+    RTI_EACH_LANE(k)
+    lanes |= s->goes[k] << k;
+    return lanes & ((1u << n) - 1);
+}
+
+/* Lanes of points [at, at + 16) ask whether anything is between. */
+static inline void rti_queue_lanes(rti_worker *w, uint32_t light, uint32_t at, uint32_t lanes, const rti_shadow_lanes *s)
+{
+    rti_shadows *q = &w->shadows;
+    if (q->capacity - q->count > RTK_BLOCK && !w->frame->moving && rti_queue_whole(w, at, lanes, s)) {
+        if (lanes != 0)
+            q->light = q->light == RTK_INVALID || q->light == light ? light : RTI_LIGHT_MIXED;
+        return;
+    }
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        if (lanes >> k & 1u)
+            rti_shadow(w, light, rtk_v3(s->ox[k], s->oy[k], s->oz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]), s->tmax[k],
+                       rtk_v3(s->c.r[k], s->c.g[k], s->c.b[k]), w->lit_home[at + k], rti_batch_time(w, w->lit_ray[at + k]));
+}
+
+/* What the random numbers of points [at, at + n) share, and their samples; lanes behind n repeat the first. */
+RTI_LANES_FN static inline void rti_draw_lit(const rti_worker *w, uint32_t at, uint32_t n, uint32_t *seed, uint32_t *sample)
+{
+    const uint32_t of_frame = w->frame->seed;
+    uint32_t pixel[RTK_BLOCK] RTI_ROW, lo[RTK_BLOCK] RTI_ROW, hi[RTK_BLOCK] RTI_ROW;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const uint32_t ray = w->lit_ray[k < n ? at + k : at];
+        const rtk_path_block *p = &w->batch.path[ray / RTK_BLOCK];
+        pixel[k] = p->pixel[ray % RTK_BLOCK];
+        lo[k] = p->key_lo[ray % RTK_BLOCK];
+        hi[k] = p->key_hi[ray % RTK_BLOCK];
+        sample[k] = p->sample[ray % RTK_BLOCK];
+    }
+    RTI_EACH_LANE(k)
+    {
+        rtk_key key = {lo[k], hi[k]};
+        seed[k] = rtk_vertex_seed(of_frame, pixel[k], key);
+    }
+}
+
+#endif
