@@ -60,6 +60,7 @@ typedef rtk_u32 pencil_bits;
 #define PENCIL_RAYS_OF_LEAVES 4u
 #define PENCIL_RAYS_A_LEAF    (RTI_SIMD >= 16 ? 8u : (RTI_SIMD >= 8 ? 6u : 4u))
 #define PENCIL_APART          (2u * PENCIL_RAYS) /* rays that go in streams after one that does not */
+#define PENCIL_MAIL        64u
 #define PENCIL_U           9.5367432e-07f /* 16 u */
 #define PENCIL_HALVES      (RTK_BLOCK / RTI_SIMD)
 
@@ -116,6 +117,13 @@ typedef struct pencil {
     rtk_u32 met;
     rtk_u32 lost;  /* so many times one after the other rays were no pencil */
     rtk_u32 leaves, told; /* of one: leaves of which was told which rays meet their boxes, and how many these are */
+#ifdef RTK_REPEATS
+    /* Of some triangles the bundles that have met them, for leaves may hold them again; PENCIL_MAIL of them, by their numbers. */
+    struct {
+        pencil_bits bundles;
+        rtk_u32 ref;
+    } mail[PENCIL_MAIL];
+#endif
     rtk_u32 first; /* the pencil's first ray, a number in the batch; from it on: */
     const rtk_trace_block *rays;
     rtk_hit_block *hits;

@@ -187,6 +187,30 @@ RTI_VEC void pencil_all(pencil *p, rtk_u32 mode, rtk_u32 at, rtk_u32 keep, penci
 #endif
 }
 
+#ifdef RTK_REPEATS
+/* The pencil has met nothing yet. */
+RTI_VEC void pencil_mail_open(pencil *p)
+{
+    for (rtk_u32 i = 0u; i < PENCIL_MAIL; i++)
+        p->mail[i].ref = RTK_INVALID;
+}
+
+/* Of bundles that may meet a triangle those that have not met it in another leaf. */
+RTI_VEC pencil_bits pencil_mail_new(const pencil *p, rtk_u32 ref, pencil_bits bundles)
+{
+    const rtk_u32 at = ref % PENCIL_MAIL;
+    return p->mail[at].ref == ref ? bundles & ~p->mail[at].bundles : bundles;
+}
+
+/* All that is left of some bundles meets a triangle. */
+RTI_VEC void pencil_mail_met(pencil *p, rtk_u32 ref, pencil_bits bundles)
+{
+    const rtk_u32 at = ref % PENCIL_MAIL;
+    p->mail[at].bundles = bundles | (p->mail[at].ref == ref ? p->mail[at].bundles : 0u);
+    p->mail[at].ref = ref;
+}
+#endif
+
 /* A leaf for the rays of some bundles. one: as the pencil's. */
 RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles, int one)
 {
@@ -218,6 +242,10 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
         for (rtk_u32 l = keep; l != 0u; l &= l - 1u) {
             const rtk_u32 j = (rtk_u32)__builtin_ctz(l);
             some[j] = a.bundles & pencil_meet(p, &f, j, vectors);
+#ifdef RTK_REPEATS
+            if (one && !a.known)
+                some[j] = pencil_mail_new(p, tree->refs[at + j], some[j]);
+#endif
             pairs += PENCIL_COUNT(some[j]);
         }
         if (pairs > PENCIL_PAIRS * PENCIL_COUNT(a.bundles)) {
@@ -231,7 +259,12 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
         }
         for (; keep != 0u; keep &= keep - 1u) {
             const rtk_u32 j = (rtk_u32)__builtin_ctz(keep);
-            pencil_triangle(p, mode, b, j, tree->refs[at + j], some[j] & a.bundles & p->bundles, a.known ? a.rays : NULL, one);
+            some[j] &= a.bundles & p->bundles;
+            pencil_triangle(p, mode, b, j, tree->refs[at + j], some[j], a.known ? a.rays : NULL, one);
+#ifdef RTK_REPEATS
+            if (one && !a.known)
+                pencil_mail_met(p, tree->refs[at + j], some[j]);
+#endif
         }
     }
 }
@@ -289,6 +322,10 @@ RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
     rtk_u32 at = 0u, vectors = pencil_vectors(p->bundles), budget = PENCIL_NODES * count + 8u;
     stack.top = 0u;
     p->changed = 0u;
+#ifdef RTK_REPEATS
+    if (p->one)
+        pencil_mail_open(p);
+#endif
     if ((mode & RTK_MODE_ANY) && p->blocker[p->which].node) {
         const rtk_bvhnode *n = p->blocker[p->which].node;
         const rtk_u32 slot = p->blocker[p->which].slot;
