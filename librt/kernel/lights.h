@@ -152,7 +152,7 @@ RTK_FN float rtk_light_end(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float error
     return l->type == RTK_LIGHT_DIRECTIONAL ? RTK_INF : rtk_light_end_at(l, p, error, reach);
 }
 
-/* Can the light be met by chance, too, as a body that diffuse rays hit? Then asking and meeting are weighed (shade_path.c). */
+/* Can the light be met by chance, too, as a body that diffuse rays hit? Then asking and meeting are weighed (lanes_path.c). */
 RTK_FN int rtk_light_is_met(RT_GLOBAL const rtk_light *l)
 {
     return (l->geom != RTK_INVALID) & (l->falloff > 0.0f);

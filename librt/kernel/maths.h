@@ -222,25 +222,25 @@ RTK_FN float rtk_acos(float x)
 
 /* ---- powers ------------------------------------------------------------------------------------------------------------ */
 
-/* 2^(hi + lo), |lo| < 2^-10. */
+/* 2^(hi + lo), |lo| < 2^-10, for -151 <= hi < 128.5. */
+RTK_FN float rtk_exp2_within(float hi, float lo)
+{
+    float k = rtk_floor(hi + 0.5f), f = (hi - k) + lo;
+    float p = 1.0f + f * (0.693147181f +
+                          f * (0.240226509f +
+                               f * (0.0555041088f +
+                                    f * (0.00961805668f + f * (0.00133335024f + f * (0.000154614447f + f * 1.52973238e-05f))))));
+    /* Two powers of two: neither k = 128 nor a denormal result breaks the exponent field. */
+    rtk_i32 e = (rtk_i32)k, low = e / 2;
+    return p * rtk_float((rtk_u32)(low + 127) << 23) * rtk_float((rtk_u32)(e - low + 127) << 23);
+}
+
+/* For every hi. */
 RTK_FN float rtk_exp2_sum(float hi, float lo)
 {
-    float k, f, p;
-    rtk_i32 e, low;
     if (!(hi < 128.5f))
         return hi > 0.0f ? RTK_INF : RTK_NAN;
-    if (hi < -151.0f)
-        return 0.0f;
-    k = rtk_floor(hi + 0.5f);
-    f = (hi - k) + lo;
-    p = 1.0f +
-        f * (0.693147181f +
-             f * (0.240226509f + f * (0.0555041088f + f * (0.00961805668f +
-                                                           f * (0.00133335024f + f * (0.000154614447f + f * 1.52973238e-05f))))));
-    /* Two powers of two: neither k = 128 nor a denormal result breaks the exponent field. */
-    e = (rtk_i32)k;
-    low = e / 2;
-    return p * rtk_float((rtk_u32)(low + 127) << 23) * rtk_float((rtk_u32)(e - low + 127) << 23);
+    return hi < -151.0f ? 0.0f : rtk_exp2_within(hi, lo);
 }
 
 RTK_FN float rtk_exp2(float x)
@@ -248,17 +248,15 @@ RTK_FN float rtk_exp2(float x)
     return rtk_exp2_sum(x, 0.0f);
 }
 
-/* log2 of a finite x > 0 as a sum, error about 2^-32 of it: 2 atanh((m - 1) / (m + 1)) with the quotient's remainder kept. */
-RTK_FN rtk_ff rtk_log2_sum(float x)
+/* log2 of m 2^e, m in [1, 2), as a sum, error about 2^-32 of it: 2 atanh((m - 1) / (m + 1)) with the quotient's remainder kept.
+ */
+RTK_FN rtk_ff rtk_log2_of(float m, rtk_i32 e)
 {
-    rtk_i32 e;
-    float m = (float)rtk_significand(x, &e) * 1.1920929e-07f, s, z; /* [1, 2) */
+    float s, z;
     rtk_ff q, l;
-    e -= 127;
-    if (m > 1.41421354f) {
-        m *= 0.5f;
-        e += 1;
-    }
+    int more = m > 1.41421354f;
+    m = more ? m * 0.5f : m;
+    e += more;
     q = rtk_two_sum(m, 1.0f);
     s = (m - 1.0f) / q.hi;
     l = rtk_two_prod(s, q.hi);
@@ -268,6 +266,14 @@ RTK_FN rtk_ff rtk_log2_sum(float x)
     l.lo += s * z * (0.961796692f + z * (0.577079774f + z * (0.411901276f + z * 0.336587494f)));
     l = rtk_quick_two_sum(l.hi, l.lo);
     return rtk_ff_add(rtk_ff_make((float)e, 0.0f), l);
+}
+
+/* log2 of a finite x > 0. */
+RTK_FN rtk_ff rtk_log2_sum(float x)
+{
+    rtk_i32 e;
+    float m = (float)rtk_significand(x, &e) * 1.1920929e-07f;
+    return rtk_log2_of(m, e - 127);
 }
 
 /* 1 and *out set when x has no ordinary logarithm. */
@@ -316,6 +322,19 @@ RTK_FN float rtk_pow(float x, float y)
     if (rtk_fabs(l.hi) > 200.0f)
         return l.hi > 0.0f ? RTK_INF : 0.0f;
     return rtk_exp2_sum(l.hi, l.lo);
+}
+
+/* That for 0 <= y <= 1e10 without a branch, for loops over lanes. Returns 0 where it takes another way: beside a normal x > 0,
+ * and where the power is beyond the floats. */
+RTK_FN int rtk_pow_plain(float x, float y, float *out)
+{
+    rtk_u32 bits = rtk_bits(x);
+    rtk_ff l = rtk_log2_of(rtk_float((bits & 0x7fffffu) | 0x3f800000u), (rtk_i32)(bits >> 23 & 0xffu) - 127);
+    float p;
+    l = rtk_ff_scale(l, y);
+    p = rtk_exp2_within(rtk_clamp(l.hi, -151.0f, 128.0f), l.lo);
+    *out = l.hi < -151.0f ? 0.0f : p;
+    return (x >= 1.17549435e-38f) & (x < RTK_INF) & (y >= 0.0f) & (y <= 1.0e10f) & (l.hi <= 128.0f);
 }
 
 #endif

@@ -6,12 +6,6 @@
 #include "../kernel/surface.h"
 #include "wavefront.h"
 
-/* Notes a point for the lights. ray: its index in the batch; s: turned to the viewer; view: unit, towards it; k: throughput *
- * diffusion * colour; specular: throughput * specular. diffuse_pdf: path only, probability that the path goes on by the diffuse
- * lobe. */
-void rti_lit_add(rti_worker *worker, uint32_t ray, const rtk_surface *s, rtk_vec3 view, rtk_vec3 k, rtk_vec3 specular,
-                 float shininess, float diffuse_pdf);
-
 /* The second halves of a step (rti_integrator.light). All lit points from all lights, each with its number of shadow rays; from
  * one light, chosen by power; from all around. Afterwards none is lit. */
 void rti_light_all(rti_worker *worker);

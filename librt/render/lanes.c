@@ -1,7 +1,7 @@
 /* Which lanes an instruction set has. */
+#include "direct.h"
 #include "lanes.h"
 #include "lanes_table.h"
-#include "shade.h"
 
 RTI_ISA_TABLES(rti_lanes, rti_lanes_find)
 
@@ -28,3 +28,14 @@ void rti_sheaves(rti_worker *w, uint32_t first, uint32_t count, rti_sheaf_fn the
         first = low + 1;
     }
 }
+
+/* Integrators that show light. */
+#define SHADE(name)                                                                                                              \
+    void rti_shade_##name(rti_worker *worker, uint32_t first, uint32_t count)                                                    \
+    {                                                                                                                            \
+        rti_sheaves(worker, first, count, worker->frame->lanes->name);                                                           \
+    }
+SHADE(whitted)
+SHADE(path)
+SHADE(ao)
+#undef SHADE

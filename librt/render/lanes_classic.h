@@ -12,7 +12,8 @@
 typedef struct rti_looks {
     float diffusion[RTK_BLOCK] RTI_ROW, reflectiveness[RTK_BLOCK] RTI_ROW, transparency[RTK_BLOCK] RTI_ROW;
     float ambient[RTK_BLOCK] RTI_ROW, specular[RTK_BLOCK] RTI_ROW, shininess[RTK_BLOCK] RTI_ROW;
-    bool shown, mirrors, clear; /* some lane has ambient light; reflects; is transparent */
+    float index[RTK_BLOCK] RTI_ROW; /* of refraction */
+    bool shown, mirrors, clear;     /* some lane has ambient light; reflects; is transparent */
 } rti_looks;
 
 static inline void rti_load_looks(const rtk_scene *scene, const rti_sheaf *c, rti_looks *l)
@@ -21,7 +22,7 @@ static inline void rti_load_looks(const rtk_scene *scene, const rti_sheaf *c, rt
     float ambient = 0.0f, mirror = 0.0f, clear = 0.0f;
     if (c->one_material) {
         const float d = m->diffusion, r = m->reflectiveness, t = m->transparency, a = m->ambient, s = m->specular,
-                    e = m->shininess;
+                    e = m->shininess, index = rtk_index_of(m);
         RTI_EACH_LANE(k)
         {
             l->diffusion[k] = d;
@@ -30,6 +31,7 @@ static inline void rti_load_looks(const rtk_scene *scene, const rti_sheaf *c, rt
             l->ambient[k] = a;
             l->specular[k] = s;
             l->shininess[k] = e;
+            l->index[k] = index;
         }
         ambient = a;
         mirror = r;
@@ -44,6 +46,7 @@ static inline void rti_load_looks(const rtk_scene *scene, const rti_sheaf *c, rt
             l->ambient[k] = m->ambient;
             l->specular[k] = m->specular;
             l->shininess[k] = m->shininess;
+            l->index[k] = rtk_index_of(m);
             ambient = rtk_max(ambient, m->ambient);
             mirror = rtk_max(mirror, m->reflectiveness);
             clear = rtk_max(clear, m->transparency);
@@ -223,6 +226,80 @@ RTI_LANES_FN static inline void rti_push_mirrors(rti_worker *w, const rti_sheaf 
     RTI_EACH_LANE(k)
     lanes |= goes[k] << k;
     rti_push_lanes(w, c, s, RTK_KIND_REFLECT, RT_MASK_REFLECTION, lanes & some);
+}
+
+/* Rays that get through a sheaf's surfaces. */
+typedef struct rti_bent {
+    float dx[RTK_BLOCK] RTI_ROW, dy[RTK_BLOCK] RTI_ROW, dz[RTK_BLOCK] RTI_ROW;
+    float cr[RTK_BLOCK] RTI_ROW, cg[RTK_BLOCK] RTI_ROW, cb[RTK_BLOCK] RTI_ROW; /* what they keep; 0 where none does */
+    float mirror[RTK_BLOCK] RTI_ROW; /* what mirror rays keep: of lanes that are clear and where none gets through, more */
+    uint32_t through[RTK_BLOCK] RTI_ROW;
+} rti_bent;
+
+RTI_LANES_FN static inline void rti_bend_lanes(const rti_sheaf *c, const rti_looks *l, rti_bent *b)
+{
+    uint32_t odd[RTK_BLOCK] RTI_ROW, rare = 0;
+    float ratio[RTK_BLOCK] RTI_ROW;
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 dir;
+        int through, plain;
+        ratio[k] = c->outside[k] ? 1.0f / l->index[k] : l->index[k];
+        plain = rtk_bend_plain(rtk_v3(c->dx[k], c->dy[k], c->dz[k]), rtk_v3(c->nx[k], c->ny[k], c->nz[k]),
+                               rtk_v3(c->gx[k], c->gy[k], c->gz[k]), ratio[k], &dir, &through);
+        odd[k] = (uint32_t)((l->transparency[k] > 0.0f) & !plain);
+        b->through[k] = (uint32_t)((l->transparency[k] > 0.0f) & through);
+        b->dx[k] = dir.x;
+        b->dy[k] = dir.y;
+        b->dz[k] = dir.z;
+    }
+    RTI_EACH_LANE(k)
+    rare |= odd[k];
+    for (uint32_t k = 0; k < RTK_BLOCK && rare; k++) {
+        if (odd[k]) {
+            rtk_vec3 dir = {0.0f, 0.0f, 0.0f};
+            b->through[k] = (uint32_t)rtk_bend(rtk_v3(c->dx[k], c->dy[k], c->dz[k]), rtk_v3(c->nx[k], c->ny[k], c->nz[k]),
+                                               rtk_v3(c->gx[k], c->gy[k], c->gz[k]), ratio[k], &dir);
+            b->dx[k] = dir.x;
+            b->dy[k] = dir.y;
+            b->dz[k] = dir.z;
+        }
+    }
+    RTI_EACH_LANE(k)
+    {
+        const float kept = b->through[k] ? l->transparency[k] : 0.0f; /* rtk_crossing */
+        const float total = l->transparency[k] > 0.0f ? l->reflectiveness[k] + l->transparency[k] : l->reflectiveness[k];
+        b->cr[k] = c->cr[k] * kept;
+        b->cg[k] = c->cg[k] * kept;
+        b->cb[k] = c->cb[k] * kept;
+        b->mirror[k] = b->through[k] ? l->reflectiveness[k] : total;
+    }
+}
+
+/* Refracted rays of some lanes: their throughputs are there. */
+RTI_LANES_FN static inline void rti_push_refracted(rti_worker *w, const rti_sheaf *c, const rti_looks *l, const rti_bent *b,
+                                                   rti_leaving *s, uint32_t some)
+{
+    uint32_t goes[RTK_BLOCK] RTI_ROW, lanes = 0;
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 dir = rtk_v3(b->dx[k], b->dy[k], b->dz[k]), ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
+        rtk_vec3 org = rtk_leave(rtk_v3(c->px[k], c->py[k], c->pz[k]), ng, c->error[k], dir);
+        goes[k] = b->through[k] & (uint32_t)(rtk_maxabs(rtk_v3(s->tr[k], s->tg[k], s->tb[k])) >= RTI_THROUGHPUT_MIN);
+        s->ox[k] = org.x;
+        s->oy[k] = org.y;
+        s->oz[k] = org.z;
+        s->dx[k] = dir.x;
+        s->dy[k] = dir.y;
+        s->dz[k] = dir.z;
+        s->eta[k] = c->outside[k] ? l->index[k] : 1.0f;
+        s->spread[k] = c->spread[k];
+        s->pdf[k] = -1.0f;
+    }
+    rti_leaving_keys(s, RTK_KIND_REFRACT);
+    RTI_EACH_LANE(k)
+    lanes |= goes[k] << k;
+    rti_push_lanes(w, c, s, RTK_KIND_REFRACT, RT_MASK_REFRACTION, lanes & some);
 }
 
 #endif

@@ -1,5 +1,12 @@
-/* Path tracing in lanes, as shade_path.c describes it: a point for the lights, and one ray that goes on, by the diffuse lobe or
- * as the mirror's. Sheaves in which something is transparent are told there, lane after lane. */
+/* Path tracing in lanes. Each hit asks one light, chosen by power, and goes on by one lobe of the classic material: diffuse,
+ * mirror or refraction, chosen by the largest component of what each would keep. Against `whitted`: the ambient term is left out,
+ * for the light between surfaces that it stands for is computed; the highlight is light from the lights alone, as there.
+ *
+ * A spherical light whose body is visible can be met by a diffuse ray too. With inverse-square falloff both ways are weighed by
+ * the balance heuristic (Veach, Guibas 1995); without falloff such a light has no radiance of its own, and only asking counts.
+ *
+ * Russian roulette draws from the path's own key, so a path's end does not depend on when it is looked at. */
+#include "../kernel/lights.h"
 #include "../kernel/sampling.h"
 #include "lanes.h"
 #include "lanes_classic.h"
@@ -9,14 +16,15 @@
 /* Shares of a sheaf's lobes, each lane's random numbers, and which way it goes on. */
 typedef struct lobes {
     float dr[RTK_BLOCK] RTI_ROW, dg[RTK_BLOCK] RTI_ROW, db[RTK_BLOCK] RTI_ROW; /* the diffuse lobe's weight */
-    float diffuse[RTK_BLOCK] RTI_ROW, total[RTK_BLOCK] RTI_ROW;                /* share of it, and of both */
+    float diffuse[RTK_BLOCK] RTI_ROW, crossing[RTK_BLOCK] RTI_ROW;             /* shares: the mirror's is its weight */
+    float total[RTK_BLOCK] RTI_ROW;
     float survive[RTK_BLOCK] RTI_ROW, pick[RTK_BLOCK] RTI_ROW;
     uint32_t seed[RTK_BLOCK] RTI_ROW, place[RTK_BLOCK] RTI_ROW;
     uint32_t goes[RTK_BLOCK] RTI_ROW;
     uint32_t ends; /* no ray goes on: they are as deep as rays go */
 } lobes;
 
-RTI_LANES_FN static void find_lobes(const rti_sheaf *c, const rti_looks *l, lobes *s)
+RTI_LANES_FN static void find_lobes(const rti_sheaf *c, const rti_looks *l, const rti_bent *b, lobes *s)
 {
     RTI_EACH_LANE(k)
     {
@@ -25,9 +33,20 @@ RTI_LANES_FN static void find_lobes(const rti_sheaf *c, const rti_looks *l, lobe
         s->dg[k] = d.y;
         s->db[k] = d.z;
         s->diffuse[k] = rtk_maxabs(d);
-        s->total[k] = s->diffuse[k] + l->reflectiveness[k];
+        s->crossing[k] = rtk_maxabs(rtk_v3(b->cr[k], b->cg[k], b->cb[k]));
+        s->total[k] = s->diffuse[k] + b->mirror[k] + s->crossing[k];
         s->goes[k] = s->total[k] > 0.0f;
     }
+}
+
+/* Where nothing is transparent. */
+static void bend_none(const rti_looks *l, rti_bent *b)
+{
+    memset(b->cr, 0, sizeof b->cr);
+    memset(b->cg, 0, sizeof b->cg);
+    memset(b->cb, 0, sizeof b->cb);
+    memset(b->through, 0, sizeof b->through);
+    memcpy(b->mirror, l->reflectiveness, sizeof b->mirror);
 }
 
 RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const rti_looks *l, const lobes *s)
@@ -146,59 +165,97 @@ RTI_LANES_FN static void send_diffuse(rti_worker *w, const rti_sheaf *c, const l
     rti_push_lanes(w, c, to, RTK_KIND_DIFFUSE, RT_MASK_DIFFUSE, lanes_of(up, c->count));
 }
 
-/* One ray at most leaves each lane: the lobe that its number falls into. */
-RTI_LANES_FN static void go_on(rti_worker *w, const rti_sheaf *c, const rti_looks *l, lobes *s)
+/* Rays of the mirror, or of refraction where b says so: what they keep is (r, g, b)[k] * total / share. */
+RTI_LANES_FN static void send_other(rti_worker *w, const rti_sheaf *c, const rti_looks *l, const rti_bent *b, const lobes *s,
+                                    const uint32_t *goes, rti_leaving *to, bool through)
 {
-    uint32_t diffuse[RTK_BLOCK] RTI_ROW, mirror[RTK_BLOCK] RTI_ROW, some = 0, others = 0;
-    float strength[RTK_BLOCK] RTI_ROW;
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 tp = rtk_scale(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), 1.0f / s->survive[k]);
+        rtk_vec3 mirrored = rtk_scale(tp, b->mirror[k] * s->total[k] / b->mirror[k]);
+        rtk_vec3 crossed = rtk_mul(tp, rtk_scale(rtk_v3(b->cr[k], b->cg[k], b->cb[k]), s->total[k] / s->crossing[k]));
+        to->tr[k] = through ? crossed.x : mirrored.x;
+        to->tg[k] = through ? crossed.y : mirrored.y;
+        to->tb[k] = through ? crossed.z : mirrored.z;
+    }
+    if (through)
+        rti_push_refracted(w, c, l, b, to, lanes_of(goes, c->count));
+    else
+        rti_push_mirrors(w, c, to, lanes_of(goes, c->count));
+}
+
+/* One ray at most leaves each lane: the lobe that its number falls into. */
+RTI_LANES_FN static void go_on(rti_worker *w, const rti_sheaf *c, const rti_looks *l, const rti_bent *b, lobes *s)
+{
+    uint32_t diffuse[RTK_BLOCK] RTI_ROW, mirror[RTK_BLOCK] RTI_ROW, crossing[RTK_BLOCK] RTI_ROW;
+    uint32_t some = 0, mirrors = 0, crossings = 0;
     rti_leaving from, to;
     rti_leaving_of(w, c, &from);
     draw(w, c, &from, s);
     RTI_EACH_LANE(k)
     {
         const float at = s->pick[k] * s->total[k];
-        const uint32_t first = at < s->diffuse[k];
+        const uint32_t first = at < s->diffuse[k], second = at < s->diffuse[k] + b->mirror[k];
         diffuse[k] = s->goes[k] & first;
-        mirror[k] = s->goes[k] & (first ^ 1u);
-        strength[k] = l->reflectiveness[k] * s->total[k] / l->reflectiveness[k];
+        mirror[k] = s->goes[k] & (first ^ 1u) & second;
+        crossing[k] = s->goes[k] & (first ^ 1u) & (second ^ 1u);
         some |= diffuse[k];
-        others |= mirror[k];
+        mirrors |= mirror[k];
+        crossings |= crossing[k];
     }
     if (some) {
         to = from;
         send_diffuse(w, c, s, diffuse, &to);
     }
-    if (!others)
-        return;
-    RTI_EACH_LANE(k)
-    {
-        rtk_vec3 tp = rtk_scale(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), 1.0f / s->survive[k]);
-        tp = rtk_scale(tp, strength[k]);
-        from.tr[k] = tp.x;
-        from.tg[k] = tp.y;
-        from.tb[k] = tp.z;
+    if (mirrors) {
+        to = from;
+        send_other(w, c, l, b, s, mirror, &to, false);
     }
-    rti_push_mirrors(w, c, &from, lanes_of(mirror, c->count));
+    if (crossings)
+        send_other(w, c, l, b, s, crossing, &from, true);
+}
+
+/* Weight of meeting a light's body by chance: as a diffuse ray of that pdf which started at org. */
+static float meeting_weight(const rti_frame *f, uint32_t geom, uint32_t inst, rtk_vec3 org, float pdf)
+{
+    const rtk_light *l;
+    const uint32_t light = f->light_of_geom && inst == RTK_INVALID ? f->light_of_geom[geom] : RTK_INVALID;
+    if (light == RTK_INVALID || pdf < 0.0f)
+        return 1.0f;
+    l = &f->scene->lights[light];
+    if (!(l->falloff > 0.0f))
+        return 0.0f;
+    return pdf / (pdf + l->select_pdf * rtk_light_pdf(l, org));
+}
+
+/* What shines is met: few rays do. */
+static void meet(rti_worker *w, const rti_sheaf *c)
+{
+    for (uint32_t k = 0; k < c->count; k++) {
+        const float pdf = w->batch.path[c->ray[k] / RTK_BLOCK].pdf[c->ray[k] % RTK_BLOCK];
+        const float weight = meeting_weight(w->frame, c->geom[k], c->inst[k], rti_batch_ray(w, c->ray[k]).org, pdf);
+        const rtk_vec3 e = rti_emission(&w->frame->scene->materials[c->material[k]]);
+        rti_add(w, c->home[k], rtk_mul(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), rtk_scale(e, weight)));
+    }
 }
 
 void RTI_ISA_FN(rti_lanes_path)(rti_worker *w, rti_sheaf *c)
 {
     rti_looks l;
+    rti_bent b;
     lobes s;
     if (c->material_kind == RTI_LOOK_EMISSIVE) {
-        for (uint32_t k = 0; k < c->count; k++)
-            rti_path_meet(w, c, k);
+        meet(w, c);
         return;
     }
     rti_load_looks(w->frame->scene, c, &l);
-    if (l.clear) {
-        for (uint32_t k = 0; k < c->count; k++)
-            rti_path_classic(w, c, k);
-        return;
-    }
-    find_lobes(c, &l, &s);
+    if (l.clear)
+        rti_bend_lanes(c, &l, &b);
+    else
+        bend_none(&l, &b);
+    find_lobes(c, &l, &b, &s);
     s.ends = c->depth >= w->frame->set.desc.max_depth;
     note_lit(w, c, &l, &s);
     if (!s.ends)
-        go_on(w, c, &l, &s);
+        go_on(w, c, &l, &b, &s);
 }

@@ -45,8 +45,20 @@ static inline void rti_weigh_lanes(const rti_worker *w, uint32_t at, const float
         const float *vx = rti_lit_from(w, RTI_LIT_VX, at), *vy = rti_lit_from(w, RTI_LIT_VY, at),
                     *vz = rti_lit_from(w, RTI_LIT_VZ, at);
         const float *power = rti_lit_from(w, RTI_LIT_SHININESS, at);
-        for (uint32_t k = 0; k < RTK_BLOCK; k++)
-            if (s->goes[k] && rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) > 0.0f)
+        uint32_t odd[RTK_BLOCK] RTI_ROW, rare = 0;
+        RTI_EACH_LANE(k)
+        {
+            float bright;
+            const int glossy = s->goes[k] & (uint32_t)(rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) > 0.0f);
+            const int plain = rtk_highlight_plain(power[k], rtk_v3(nx[k], ny[k], nz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]),
+                                                  rtk_v3(vx[k], vy[k], vz[k]), &bright);
+            shine[k] = bright;
+            odd[k] = (uint32_t)(glossy & !plain);
+        }
+        RTI_EACH_LANE(k)
+        rare |= odd[k];
+        for (uint32_t k = 0; k < RTK_BLOCK && rare; k++)
+            if (odd[k])
                 shine[k] = rtk_highlight(power[k], rtk_v3(nx[k], ny[k], nz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]),
                                          rtk_v3(vx[k], vy[k], vz[k]));
     }

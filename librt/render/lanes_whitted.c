@@ -1,5 +1,5 @@
-/* The classic material in lanes, as shade_whitted.c describes it: what the ambient light shows, a point for the lights, the
- * mirror ray. Refracted rays, which fork, are sent lane after lane. */
+/* Classic ray tracing (paper 000; Whitted 1980) in lanes: what the ambient light shows, a point that asks all lights, and a
+ * mirror ray and a refracted ray that go on. */
 #include "lanes.h"
 #include "lanes_classic.h"
 #include "lanes_table.h"
@@ -39,28 +39,44 @@ RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const rti_l
     rti_note_lit(w, c);
 }
 
-/* Mirror rays of a sheaf in which nothing is transparent. */
-RTI_LANES_FN static void send_mirrors(rti_worker *w, const rti_sheaf *c, const rti_looks *l)
+/* Mirror rays; strength: what they keep. */
+RTI_LANES_FN static void send_mirrors(rti_worker *w, const rti_sheaf *c, const float *strength, rti_leaving *s)
 {
-    rti_leaving s;
-    rti_leaving_of(w, c, &s);
     RTI_EACH_LANE(k)
     {
-        rtk_vec3 tp = rtk_scale(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), l->reflectiveness[k]);
-        s.tr[k] = tp.x;
-        s.tg[k] = tp.y;
-        s.tb[k] = tp.z;
+        rtk_vec3 tp = rtk_scale(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), strength[k]);
+        s->tr[k] = tp.x;
+        s->tg[k] = tp.y;
+        s->tb[k] = tp.z;
     }
-    rti_push_mirrors(w, c, &s, (1u << c->count) - 1);
+    rti_push_mirrors(w, c, s, (1u << c->count) - 1);
 }
 
 /* Both rays of each lane. */
-static void send_both(rti_worker *w, const rti_sheaf *c)
+RTI_LANES_FN static void send_both(rti_worker *w, const rti_sheaf *c, const rti_looks *l)
 {
-    for (uint32_t k = 0; k < c->count; k++) {
-        rti_point p = rti_sheaf_point(w, c, k);
-        rti_send_classic(w, &p);
+    rti_bent b;
+    rti_leaving from, s;
+    rti_bend_lanes(c, l, &b);
+    rti_leaving_of(w, c, &from);
+    s = from;
+    send_mirrors(w, c, b.mirror, &s);
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 tp = rtk_mul(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), rtk_v3(b.cr[k], b.cg[k], b.cb[k]));
+        from.tr[k] = tp.x;
+        from.tg[k] = tp.y;
+        from.tb[k] = tp.z;
     }
+    rti_push_refracted(w, c, l, &b, &from, (1u << c->count) - 1);
+}
+
+/* Mirror rays where nothing is transparent. */
+static void send_reflected(rti_worker *w, const rti_sheaf *c, const rti_looks *l)
+{
+    rti_leaving s;
+    rti_leaving_of(w, c, &s);
+    send_mirrors(w, c, l->reflectiveness, &s);
 }
 
 void RTI_ISA_FN(rti_lanes_whitted)(rti_worker *w, rti_sheaf *c)
@@ -79,7 +95,7 @@ void RTI_ISA_FN(rti_lanes_whitted)(rti_worker *w, rti_sheaf *c)
     if (c->depth >= w->frame->set.desc.max_depth)
         return;
     if (l.clear)
-        send_both(w, c);
+        send_both(w, c, &l);
     else if (l.mirrors)
-        send_mirrors(w, c, &l);
+        send_reflected(w, c, &l);
 }

@@ -119,13 +119,6 @@ void rti_put_ray(rti_rays *rays, uint32_t i, rtk_vec3 org, rtk_vec3 dir, uint32_
     rays->home[i / RTK_BLOCK].home[k] = s->home;
 }
 
-void rti_push(rti_worker *worker, rtk_vec3 org, rtk_vec3 dir, uint32_t mask, const rti_ray_state *state)
-{
-    rti_put_ray(&worker->stack, worker->stack.count++, org, dir, mask, state);
-    worker->slots[state->home >> worker->frame->slot_shift].live++;
-    worker->counts.rays[state->kind]++;
-}
-
 /* Moves the top of the stack, whole blocks of it and at most `room` rays, behind the batch's first `first` rays. */
 static uint32_t take_from_stack(rti_worker *w, uint32_t first, uint32_t room)
 {

@@ -10,6 +10,7 @@
 
 #include "render/image.h"
 #include "render/wavefront.h"
+#include "wave_push.h"
 
 typedef struct bed {
     rti_frame frame;
@@ -81,7 +82,7 @@ static void branch(rti_worker *w, uint32_t first, uint32_t count)
             c.depth++;
             c.kind = RTK_KIND_REFLECT;
             assert_true(w->stack.count < w->stack.capacity);
-            rti_push(w, rtk_v3(0, 0, 0), rtk_v3(0, 0, 1), 1, &c);
+            push(w, rtk_v3(0, 0, 0), rtk_v3(0, 0, 1), 1, &c);
         }
     }
     if (w->stack.count > current->most_waiting)
