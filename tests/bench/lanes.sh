@@ -1,5 +1,5 @@
 #!/bin/bash
-# How many of the lane loops (librt/render/lanes_*.c: RTI_EACH_LANE, and those of lanes.h) each compiler here makes vectors of, at each instruction set.
+# How many of the lane loops (librt/render/lanes_*: RTI_EACH_LANE) each compiler here makes vectors of, at each instruction set.
 #   tests/bench/lanes.sh         prints CSV; GCC and Clang are asked by their own reports (-fopt-info-vec-optimized, -Rpass=loop-vectorize)
 set -euo pipefail
 export LC_ALL=C
@@ -23,10 +23,15 @@ for cc in gcc clang; do
   ask=-fopt-info-vec-optimized
   [ $cc = clang ] && ask=-Rpass=loop-vectorize
   for isa in generic sse42 avx2 avx512 avx512_vbmi2; do
-    for file in librt/render/lanes_{camera,light,sort,surface,whitted}.c; do
+    for file in librt/render/lanes_{around,camera,lamp,light,path,sort,surface,whitted}.c librt/render/lanes_{classic,shadow}.h; do
+      case $file in # a header's loops are made where it is included
+        *classic.h) made=librt/render/lanes_path.c ;;
+        *shadow.h) made=librt/render/lanes_lamp.c ;;
+        *) made=$file ;;
+      esac
       # shellcheck disable=SC2046
       $cc -D_POSIX_C_SOURCE=200809L -DRTI_ISA=generic -Ilibrt/include -std=c11 -O3 -DNDEBUG -fPIC -ffp-contract=off -fno-math-errno \
-        -fno-trapping-math $(flags $isa) -c "$file" -o /dev/null $ask 2>"$report"
+        -fno-trapping-math $(flags $isa) -c "$made" -o /dev/null $ask 2>"$report"
       # A loop counts when a report names a line between its head and the next function's end; inlined bodies are named by the kernel's lines, so
       # the head's line (GCC) or the body's (Clang) is looked for in this file.
       awk -v cc=$cc -v isa=$isa -v file="$file" '
