@@ -203,8 +203,6 @@ RTK_FN void rtk_surface_place(RT_GLOBAL const rtk_instance *inst, rtk_xfm m, rtk
     s->ng = rtk_unit(rtk_xfm_normal(w, s->ng));
     s->ns = s->ns.x == x.x && s->ns.y == x.y && s->ns.z == x.z ? s->ng : rtk_unit(rtk_xfm_normal(w, s->ns));
     s->inst_user_id = inst->user_id;
-    if (inst->material != RTK_INVALID)
-        s->material = inst->material;
 }
 
 /* As a MOVING instance stands at the time. Its two maps are each rounded, so the bound grows by what they miss each other
@@ -216,6 +214,17 @@ RTK_COLD void rtk_surface_place_moving(RT_GLOBAL const rtk_motion *motions, RT_G
     float more = 5.9604645e-08f * pose.segment->condition * (24.0f * pose.segment->size * rtk_len(s->p) + 8.0f * rtk_len(pose.t));
     rtk_surface_place(inst, rtk_pose_to_world(pose), rtk_pose_to_object(pose), s);
     s->error += more;
+}
+
+/* The material of a primitive: of the instance in which it is (NULL: none), if that has one, else of its face or geometry. */
+RTK_FN rtk_u32 rtk_material_of(RT_GLOBAL const rtk_group *group, RT_GLOBAL const rtk_geom *geom, rtk_u32 prim,
+                               RT_GLOBAL const rtk_instance *inst)
+{
+    if (inst && inst->material != RTK_INVALID)
+        return inst->material;
+    return geom->flags & RTK_GEOM_FACE_MATERIALS
+               ? geom->material_base + rtk_attribute_u32(group->attributes, geom->off_materials, prim)
+               : geom->material;
 }
 
 /* hit: one that a tracer gave for this ray (not a miss), at its time. */
@@ -231,9 +240,7 @@ RTK_FN rtk_surface rtk_surface_at(RT_GLOBAL const rtk_scene *scene, rtk_ray ray,
     s.uv_scale = 0.0f;
     s.inst_user_id = 0u;
     s.user_id = geom->user_id;
-    s.material = geom->flags & RTK_GEOM_FACE_MATERIALS
-                     ? geom->material_base + rtk_attribute_u32(group->attributes, geom->off_materials, hit.prim)
-                     : geom->material;
+    s.material = rtk_material_of(group, geom, hit.prim, placed ? inst : NULL);
     if (placed)
         rtk_instance_ray(scene->motions, inst, time, &ray.org, &ray.dir);
     if (geom->type == RTK_GEOM_MESH)

@@ -29,12 +29,7 @@ static uint32_t key_of(const rtk_scene *scene, uint32_t geom_index, uint32_t pri
     const rtk_instance *i = inst != RTK_INVALID ? &scene->instances[inst] : NULL;
     const rtk_group *g = &scene->groups[i ? i->group : 0];
     const rtk_geom *geom = &g->geoms[geom_index];
-    if (i && i->material != RTK_INVALID)
-        *material = i->material;
-    else if (geom->flags & RTK_GEOM_FACE_MATERIALS)
-        *material = geom->material_base + rtk_attribute_u32(g->attributes, geom->off_materials, prim);
-    else
-        *material = geom->material;
+    *material = rtk_material_of(g, geom, prim, i);
     return (i ? (uint32_t)RTI_SURFACE_OTHER : surface_of(g, geom, prim)) * RTI_LOOK_COUNT + look_of(scene, *material);
 }
 

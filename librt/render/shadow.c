@@ -75,27 +75,40 @@ static void flush_opaque(rti_worker *w)
     w->frame->lanes->arrive(w);
 }
 
-/* What is left of c behind the hit; zero when the surface lets nothing through. */
-static rtk_vec3 through(rti_worker *w, uint32_t i, rtk_vec3 c)
+/* A material's colour where ray i has its hit. Where it is the same all over, the surface is not looked at. */
+static rtk_vec3 color_at(const rti_worker *w, uint32_t i, const rtk_geom *geom, const rtk_material *m)
 {
     const rti_frame *f = w->frame;
     const rti_shadows *q = &w->shadows;
     const rtk_trace_block *t = &q->trace[i / RTK_BLOCK];
-    uint32_t k = i % RTK_BLOCK;
+    const uint32_t k = i % RTK_BLOCK;
     rtk_ray ray;
-    rtk_surface s;
-    const rtk_material *m;
+    if (m->color_tex == RTK_INVALID && geom->off_colors == 0)
+        return rtk_v3(m->color[0], m->color[1], m->color[2]);
     ray.org = rtk_v3(t->ox[k], t->oy[k], t->oz[k]);
     ray.dir = rtk_v3(t->dx[k], t->dy[k], t->dz[k]);
     ray.tmin = t->tmin[k];
     ray.tmax = t->tmax[k];
     ray.mask = t->mask[k];
-    s = rtk_surface_at(f->scene, ray, rti_hit_at(q->hits, i), f->moving ? q->times[i] : 0.0f);
-    m = &f->scene->materials[s.material];
-    rti_touch(w, s.material);
+    return rtk_base_color(f->scene, m, rtk_surface_at(f->scene, ray, rti_hit_at(q->hits, i), f->moving ? q->times[i] : 0.0f),
+                          0.0f);
+}
+
+/* What is left of c behind the hit; zero when the surface lets nothing through. */
+static rtk_vec3 through(rti_worker *w, uint32_t i, rtk_vec3 c)
+{
+    const rtk_scene *scene = w->frame->scene;
+    const rtk_hit_block *h = &w->shadows.hits[i / RTK_BLOCK];
+    const uint32_t k = i % RTK_BLOCK;
+    const rtk_instance *inst = h->inst[k] != RTK_INVALID ? &scene->instances[h->inst[k]] : NULL;
+    const rtk_group *group = &scene->groups[inst ? inst->group : 0];
+    const rtk_geom *geom = &group->geoms[h->geom[k]];
+    const uint32_t material = rtk_material_of(group, geom, h->prim[k], inst);
+    const rtk_material *m = &scene->materials[material];
+    rti_touch(w, material);
     if (!(m->flags & RTK_MAT_TRANSPARENT) || (m->flags & RTK_MAT_OPAQUE_SHADOW))
         return rtk_v3(0.0f, 0.0f, 0.0f);
-    return rtk_mul(c, rtk_crossing(m, rtk_base_color(f->scene, m, s, 0.0f)));
+    return rtk_mul(c, rtk_crossing(m, color_at(w, i, geom, m)));
 }
 
 /* Ray `from` becomes ray `to`, with its last hit and what is left of its light. */
