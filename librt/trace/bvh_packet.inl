@@ -298,6 +298,12 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
     }
 }
 
+static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                              uint32_t count, rti_scratch *scratch);
+static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                           uint32_t count, rti_scratch *scratch);
+#include "bvh_placed.inl"
+
 /* Packets of coherent rays where there is more than that. */
 static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                               uint32_t count, rti_scratch *scratch)
@@ -309,6 +315,10 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
     }
     if (packet_plain(scene, scratch)) {
         RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, 1);
+        return;
+    }
+    if (placed_fits(scene, scratch, count)) {
+        RTK_NAME(placed)(scene, rays, hits, occluded, count, scratch, 1);
         return;
     }
     p.mesh.first = p.mesh.count = 0u;
@@ -331,6 +341,8 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
     if (count >= PACKET_FEW && packet_plain(scene, scratch) &&
         (g->shape_count != 0u || g->part_count == 0u || (scratch->room && stream_fits(g, g->parts))))
         RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, g->shape_count != 0u); /* bounces off a sphere go together */
+    else if (placed_fits(scene, scratch, count))
+        RTK_NAME(placed)(scene, rays, hits, occluded, count, scratch, 0);
     else
         RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
 }

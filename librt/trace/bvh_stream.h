@@ -107,7 +107,7 @@ typedef struct streams {
     rtk_u32 turns;                          /* all octants' streams go by turns */
 } streams;
 
-_Static_assert(sizeof(streams) <= RTI_TRACE_ROOM, "streams fit into a room");
+_Static_assert(sizeof(streams) <= RTI_TRACE_STREAMS, "streams fit into a room");
 _Static_assert(STREAM_LIST + 32u <= 0xffffu && STREAM % PACKET == 0, "lists are told in sixteen bits; streams take packets");
 
 RTI_VEC void streams_begin(streams *a, const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,

@@ -23,7 +23,10 @@ typedef struct rti_steps {
     uint32_t nodes, leaves, tests;
 } rti_steps;
 
-#define RTI_TRACE_ROOM ((size_t)5632 << 10) /* bytes that a batch of rays may want to work in */
+/* Bytes that a batch of rays may want to work in, the second part of them where there are instances. */
+#define RTI_TRACE_STREAMS ((size_t)5632 << 10)
+#define RTI_TRACE_PLACED  ((size_t)1664 << 10)
+#define RTI_TRACE_ROOM    (RTI_TRACE_STREAMS + RTI_TRACE_PLACED)
 
 /* A ray as callers have it (rt_ray), where it stands, and their hit (rt_hit): who copied them word by word would wait until they
  * stand in memory to be read again. */
@@ -53,7 +56,9 @@ typedef struct rti_scratch {
     const float *times; /* [count]: of each ray, 0 to 1; NULL: all are at 0 */
     rti_trace_stats stats;
     rti_steps *steps;
-    void *room;  /* RTI_TRACE_ROOM bytes, 64-byte aligned, which a batch may write; NULL: rays that are not coherent go singly */
+    /* RTI_TRACE_ROOM bytes, or of scenes without instances RTI_TRACE_STREAMS, 64-byte aligned, which a batch may write; NULL: rays
+     * that are not coherent go singly. */
+    void *room;
     bool narrow; /* streams have room for few lists (bvh_stream.h) */
     bool turns;  /* streams go by turns through trees of any size, not of a large one alone (bvh_stream.h) */
     bool bare;   /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
