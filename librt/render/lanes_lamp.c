@@ -175,7 +175,7 @@ static void send_type(rti_worker *w, uint32_t at, uint32_t type, uint32_t lanes,
     weigh(w, at, share, scale, &s);
     lanes &= rti_going(&s, RTK_BLOCK);
     if (w->frame->set.desc.shadows)
-        rti_queue_lanes(w, a->common, at, lanes, &s);
+        rti_queue_lanes(w, a->common, a->index, at, lanes, &s);
     else
         rti_add_lanes(w, w->lit_home + at, lanes, &s.c);
 }

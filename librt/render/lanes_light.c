@@ -69,7 +69,7 @@ void RTI_ISA_FN(rti_lanes_shine)(rti_worker *w, uint32_t index)
             towards_sun(w, light, at, &s);
         weigh(w, at, &s);
         if (w->frame->set.desc.shadows)
-            rti_queue_lanes(w, index, at, rti_going(&s, n), &s);
+            rti_queue_lanes(w, index, NULL, at, rti_going(&s, n), &s);
         else
             rti_add_lanes(w, w->lit_home + at, rti_going(&s, n), &s.c);
     }

@@ -153,8 +153,10 @@ static inline uint32_t rti_going(const rti_shadow_lanes *s, uint32_t n)
     return lanes & ((1u << n) - 1);
 }
 
-/* Lanes of points [at, at + 16) ask whether anything is between. */
-static inline void rti_queue_lanes(rti_worker *w, uint32_t light, uint32_t at, uint32_t lanes, const rti_shadow_lanes *s)
+/* Lanes of points [at, at + 16) ask whether anything is between. light: that they go to, or RTI_LIGHT_MIXED: then `lights` has
+ * each lane's (NULL: none). */
+static inline void rti_queue_lanes(rti_worker *w, uint32_t light, const uint32_t *lights, uint32_t at, uint32_t lanes,
+                                   const rti_shadow_lanes *s)
 {
     rti_shadows *q = &w->shadows;
     if (q->capacity - q->count > RTK_BLOCK && !w->frame->moving && rti_queue_whole(w, at, lanes, s)) {
@@ -164,8 +166,9 @@ static inline void rti_queue_lanes(rti_worker *w, uint32_t light, uint32_t at, u
     }
     for (uint32_t k = 0; k < RTK_BLOCK; k++)
         if (lanes >> k & 1u)
-            rti_shadow(w, light, rtk_v3(s->ox[k], s->oy[k], s->oz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]), s->tmax[k],
-                       rtk_v3(s->c.r[k], s->c.g[k], s->c.b[k]), w->lit_home[at + k], rti_batch_time(w, w->lit_ray[at + k]));
+            rti_shadow(w, lights ? lights[k] : light, rtk_v3(s->ox[k], s->oy[k], s->oz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]),
+                       s->tmax[k], rtk_v3(s->c.r[k], s->c.g[k], s->c.b[k]), w->lit_home[at + k],
+                       rti_batch_time(w, w->lit_ray[at + k]));
 }
 
 /* What the random numbers of points [at, at + n) share, and their samples; lanes behind n repeat the first. */

@@ -160,6 +160,33 @@ static void test_settings(void **state)
     rt_context_destroy(ctx);
 }
 
+/* Paths choose a light each: every shadow ray tells its own, also where it stands beside others (check_ray). */
+static void test_chosen_lights(void **state)
+{
+    rt_context *ctx = make_context(1);
+    rt_scene *s = kit_scene(ctx);
+    rt_render_desc d = settings(18, 14, 100, "path");
+    size_t seen[2] = {0};
+    (void)state;
+    add_everything(s);
+    kit_ok(ctx, rt_scene_commit(s, NULL));
+    for (uint32_t x = 0; x < 18; x += 3) {
+        rt_explained_pixel p;
+        told t = explain(s, &d, at(x, 9), &p);
+        for (size_t i = 0; i < t.count; i++) {
+            check_ray(&t, i, 100);
+            if (t.rays[i].kind == RT_RAY_SHADOW) {
+                assert_true(t.rays[i].light < 2);
+                seen[t.rays[i].light]++;
+            }
+        }
+        free(t.rays);
+    }
+    assert_true(seen[0] > 100 && seen[1] > 100);
+    rt_scene_destroy(s);
+    rt_context_destroy(ctx);
+}
+
 /* A lens that blurs: every sample has a camera ray of its own. */
 static void test_lens(void **state)
 {
@@ -381,9 +408,16 @@ static void test_no_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_integrator), cmocka_unit_test(test_settings), cmocka_unit_test(test_lens),
-        cmocka_unit_test(test_many_samples),     cmocka_unit_test(test_samples),  cmocka_unit_test(test_known),
-        cmocka_unit_test(test_refused),          cmocka_unit_test(test_ended),    cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_every_integrator),
+        cmocka_unit_test(test_settings),
+        cmocka_unit_test(test_chosen_lights),
+        cmocka_unit_test(test_lens),
+        cmocka_unit_test(test_many_samples),
+        cmocka_unit_test(test_samples),
+        cmocka_unit_test(test_known),
+        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_ended),
+        cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
