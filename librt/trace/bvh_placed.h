@@ -13,6 +13,7 @@
 
 #define PLACED       16384u /* rays at a time */
 #define PLACED_FEW   16u    /* rays that go through an instance singly */
+#define PLACED_NEAR  512u   /* coherent rays that go through one as coherent: fewer have hardly a leaf in common */
 #define PLACED_LISTS (3u * PLACED)
 
 /* A ray as it meets the top level's boxes. */
@@ -116,7 +117,8 @@ RTI_VEC rtk_u32 placed_still(placed *a, rtk_u32 mode, const placed_wait *w, cons
     return count;
 }
 
-/* Opens a node for the rays list[begin, begin + size): its slots wait, the nearest on top. 0: there is no room for their lists. */
+/* Opens a node for the rays list[begin, begin + size): its slots wait, the nearest on top. 0: there is no room for their lists.
+ */
 RTI_VEC int placed_node(placed *a, rtk_u32 mode, const rtk_bvhnode *nodes, rtk_u32 at, rtk_u32 begin, rtk_u32 size)
 {
     const rtk_bvhnode *n = &nodes[at];

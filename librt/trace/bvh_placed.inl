@@ -2,12 +2,12 @@
 
 /* Rays through one group and nothing else. Shapes' parameters are asked for at the end. */
 static void RTK_NAME(placed_group)(placed *a, rtk_u32 group, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
-                                   uint32_t count)
+                                   uint32_t count, int coherent)
 {
     const rtk_scene scene = placed_scene(a->scene, group);
     rti_scratch scratch = {
         .room = a->scratch->room, .narrow = a->scratch->narrow, .turns = a->scratch->turns, .bare = true};
-    if (a->coherent)
+    if (coherent)
         RTK_NAME(packets)(&scene, rays, hits, occluded, count, &scratch);
     else
         RTK_NAME(lone)(&scene, rays, hits, occluded, count, &scratch);
@@ -62,7 +62,7 @@ static void RTK_NAME(placed_instance)(placed *a, rtk_u32 ref, const uint16_t *li
     for (rtk_u32 k = 0u; k < n; k++)
         placed_move(a, RTK_MODE, inst, list[k], k);
     RTK_NAME(placed_group)(a, inst->group, a->own, RTK_MODE & RTK_MODE_ANY ? NULL : a->found,
-                           RTK_MODE & RTK_MODE_ANY ? (uint16_t *)(void *)a->found : NULL, n);
+                           RTK_MODE & RTK_MODE_ANY ? (uint16_t *)(void *)a->found : NULL, n, a->coherent && n >= PLACED_NEAR);
     placed_merge(a, RTK_MODE, inst, list, n);
 }
 
@@ -148,7 +148,7 @@ static void RTK_NAME(placed)(const rtk_scene *scene, const rtk_trace_block *rays
         a->hits = hits ? hits + first / RTK_BLOCK : NULL;
         a->occluded = occluded ? occluded + first / RTK_BLOCK : NULL;
         scratch->times = times ? times + first : NULL;
-        RTK_NAME(placed_group)(a, 0u, a->rays, a->hits, a->occluded, n);
+        RTK_NAME(placed_group)(a, 0u, a->rays, a->hits, a->occluded, n, coherent);
         size = RTK_NAME(placed_ready)(a, n);
         if (size != 0u)
             RTK_NAME(placed_top)(a, size);
