@@ -89,12 +89,4 @@ RTK_FN rtk_vec3 rtk_crossing(RT_GLOBAL const rtk_material *m, rtk_vec3 color)
     return rtk_scale(color, m->transparency);
 }
 
-/* Mirror direction that stays on its side: the shading normal's, or the geometric normal's where that would go below the
- * surface. n, ng: towards the ray. */
-RTK_FN rtk_vec3 rtk_mirror(rtk_vec3 d, rtk_vec3 n, rtk_vec3 ng)
-{
-    rtk_vec3 r = rtk_reflect(d, n);
-    return rtk_dot3(r, ng) > 0.0f ? r : rtk_reflect(d, ng);
-}
-
 #endif

@@ -104,14 +104,6 @@ RTK_FN rtk_light_sample rtk_light_point(RT_GLOBAL const rtk_light *l, rtk_vec3 p
     return s;
 }
 
-/* From p towards the light; u, v in [0, 1) choose the point of a spherical one. */
-RTK_FN rtk_light_sample rtk_light_toward(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float u, float v)
-{
-    if (l->type == RTK_LIGHT_SPHERE)
-        return rtk_light_sphere(l, p, u, v);
-    return l->type == RTK_LIGHT_DIRECTIONAL ? rtk_light_directional(l) : rtk_light_point(l, p);
-}
-
 /* No part of the light, which is of that type, is above the plane through p with unit normal n. */
 RTK_FN int rtk_light_behind_flat(RT_GLOBAL const rtk_light *l, rtk_u32 type, rtk_vec3 p, rtk_vec3 n)
 {
@@ -119,10 +111,6 @@ RTK_FN int rtk_light_behind_flat(RT_GLOBAL const rtk_light *l, rtk_u32 type, rtk
     if (type == RTK_LIGHT_DIRECTIONAL)
         return !(rtk_dot3(n, at) < 0.0f);
     return !(rtk_dot3(n, rtk_sub(at, p)) > (type == RTK_LIGHT_SPHERE ? -1.0001f * l->radius : 0.0f));
-}
-RTK_FN int rtk_light_behind(RT_GLOBAL const rtk_light *l, rtk_vec3 p, rtk_vec3 n)
-{
-    return rtk_light_behind_flat(l, l->type, p, n);
 }
 
 /* Distance at which a shadow ray towards a point light may end: the light, or the lamp around it (radius above 0), whose own
@@ -135,10 +123,6 @@ RTK_FN float rtk_light_reach_body(RT_GLOBAL const rtk_light *l, rtk_vec3 p, rtk_
     enter = along - rtk_sqrt(rtk_max(0.0f, l->body_radius * l->body_radius - rtk_dot3(off, off)));
     return enter > 0.0f ? rtk_min(s.distance, enter) : s.distance;
 }
-RTK_FN float rtk_light_reach(RT_GLOBAL const rtk_light *l, rtk_vec3 p, rtk_light_sample s)
-{
-    return l->body_radius > 0.0f ? rtk_light_reach_body(l, p, s) : s.distance;
-}
 
 /* Where a shadow ray from p ends that may go as far as `reach`: before the light by the rounding of its place and of the ray's
  * own origin (error: that of p), so that what the light stands on does not hide it. */
@@ -146,10 +130,6 @@ RTK_FN float rtk_light_end_at(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float er
 {
     float size = rtk_maxabs(rtk_v3(l->at[0], l->at[1], l->at[2])) + l->radius + rtk_maxabs(p);
     return reach - (4.0f * error + 2.0f * RTK_DELTA * size);
-}
-RTK_FN float rtk_light_end(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float error, float reach)
-{
-    return l->type == RTK_LIGHT_DIRECTIONAL ? RTK_INF : rtk_light_end_at(l, p, error, reach);
 }
 
 /* Can the light be met by chance, too, as a body that diffuse rays hit? Then asking and meeting are weighed (lanes_path.c). */

@@ -2,7 +2,7 @@
  *
  * The point lies on the primitive, not on the ray: a triangle's from its vertices and the hit's weights, a shape's or plane's by
  * projection. So its distance from the surface is a few roundings of its coordinates, however far the ray has come, and `error`
- * bounds it. With that bound a spawned ray starts clear of the surface (rtk_surface_leave) and no scene epsilon is needed
+ * bounds it. With that bound a spawned ray starts clear of the surface (rtk_leave) and no scene epsilon is needed
  * (Waechter and Binder 2019). In an instance the bound also covers the way back: a ray from p goes through to_object before it
  * meets the surface again.
  */
@@ -267,10 +267,6 @@ RTK_FN rtk_vec3 rtk_leave(rtk_vec3 p, rtk_vec3 ng, float error, rtk_vec3 dir)
 {
     float side = rtk_dot3(dir, ng) < 0.0f ? -1.0f : 1.0f;
     return rtk_madd(p, 2.0f * side * error, ng);
-}
-RTK_FN rtk_vec3 rtk_surface_leave(rtk_surface s, rtk_vec3 dir)
-{
-    return rtk_leave(s.p, s.ng, s.error, dir);
 }
 
 #endif

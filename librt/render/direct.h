@@ -2,8 +2,6 @@
 #ifndef RTI_DIRECT_H
 #define RTI_DIRECT_H
 
-#include "../kernel/random2.h"
-#include "../kernel/surface.h"
 #include "wavefront.h"
 
 /* The second halves of a step (rti_integrator.light). All lit points from all lights, each with its number of shadow rays; from
@@ -11,13 +9,6 @@
 void rti_light_all(rti_worker *worker);
 void rti_light_one(rti_worker *worker);
 void rti_light_around(rti_worker *worker);
-
-/* What the random numbers of a ray share. */
-static inline uint32_t rti_vertex_seed(const rti_frame *frame, const rti_ray_state *state)
-{
-    rtk_key key = {state->key_lo, state->key_hi};
-    return rtk_vertex_seed(frame->seed, state->pixel, key);
-}
 
 #define RTI_INTEGRATOR(name, help, flags, branching, light)                                                                      \
     void rti_shade_##name(rti_worker *worker, uint32_t first, uint32_t count);

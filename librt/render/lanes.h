@@ -45,7 +45,7 @@ typedef struct rti_sheaf {
     float t[RTK_BLOCK] RTI_ROW, u[RTK_BLOCK] RTI_ROW, v[RTK_BLOCK] RTI_ROW;
     uint32_t prim[RTK_BLOCK] RTI_ROW, geom[RTK_BLOCK] RTI_ROW, inst[RTK_BLOCK] RTI_ROW;
 
-    /* The surface, turned to the ray (rti_point). */
+    /* The surface, turned to the ray. */
     float px[RTK_BLOCK] RTI_ROW, py[RTK_BLOCK] RTI_ROW, pz[RTK_BLOCK] RTI_ROW, error[RTK_BLOCK] RTI_ROW;
     float nx[RTK_BLOCK] RTI_ROW, ny[RTK_BLOCK] RTI_ROW, nz[RTK_BLOCK] RTI_ROW;       /* shading normal */
     float gx[RTK_BLOCK] RTI_ROW, gy[RTK_BLOCK] RTI_ROW, gz[RTK_BLOCK] RTI_ROW;       /* geometric normal */

@@ -209,7 +209,7 @@ RTI_LANES_FN static inline void rti_push_mirrors(rti_worker *w, const rti_sheaf 
     {
         rtk_vec3 d = rtk_v3(c->dx[k], c->dy[k], c->dz[k]), ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
         rtk_vec3 a = rtk_reflect(d, rtk_v3(c->nx[k], c->ny[k], c->nz[k])), b = rtk_reflect(d, ng), dir, org;
-        int above = rtk_dot3(a, ng) > 0.0f; /* rtk_mirror */
+        int above = rtk_dot3(a, ng) > 0.0f; /* it stays on its side */
         dir = rtk_v3(above ? a.x : b.x, above ? a.y : b.y, above ? a.z : b.z);
         org = rtk_leave(rtk_v3(c->px[k], c->py[k], c->pz[k]), ng, c->error[k], dir);
         goes[k] = rtk_maxabs(rtk_v3(s->tr[k], s->tg[k], s->tb[k])) >= RTI_THROUGHPUT_MIN;

@@ -1,5 +1,5 @@
 /* Lit points and the light of each, in lanes: one that its number chooses by power (path), or a spherical one that all ask, at
- * several points of it (whitted). What rtk_light_toward says here goes by the kinds of the lanes' lights, one after the other. */
+ * several points of it (whitted). What they bring goes by the kinds of the lanes' lights, one after the other. */
 #include "../kernel/lights.h"
 #include "direct.h"
 #include "lanes.h"

@@ -1,4 +1,4 @@
-/* Sixteen shadow rays, and how they get into the queue (shadow.c), for lanes_light.c, lanes_one.c and lanes_around.c. */
+/* Sixteen shadow rays, and how they get into the queue (shadow.c), for lanes_light.c, lanes_lamp.c and lanes_around.c. */
 #ifndef RTI_LANES_SHADOW_H
 #define RTI_LANES_SHADOW_H
 

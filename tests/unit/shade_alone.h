@@ -3,11 +3,19 @@
 #ifndef SHADE_ALONE_H
 #define SHADE_ALONE_H
 
-#include "kernel/classic.h"
-#include "kernel/lights.h"
 #include "kernel/sampling.h"
+#include "kernel_alone.h"
 #include "render/shade.h"
 #include "wave_push.h"
+
+static uint32_t lamps_met; /* hits of what shines */
+
+/* What the random numbers of a ray share. */
+static uint32_t vertex_seed(const rti_frame *frame, const rti_ray_state *state)
+{
+    rtk_key key = {state->key_lo, state->key_hi};
+    return rtk_vertex_seed(frame->seed, state->pixel, key);
+}
 
 typedef struct point {
     rtk_ray ray;
@@ -202,7 +210,7 @@ static void path_classic(rti_worker *w, uint32_t i, const point *p)
             ends ? 0.0f : l.diffuse_share / l.total);
     if (ends)
         return;
-    const uint32_t of_vertex = rti_vertex_seed(f, &p->state), place = rtk_shuffled(of_vertex, p->state.sample, RTK_DIM_LOBE);
+    const uint32_t of_vertex = vertex_seed(f, &p->state), place = rtk_shuffled(of_vertex, p->state.sample, RTK_DIM_LOBE);
     if (p->state.depth + 1 >= f->set.roulette_from) { /* numbers of one group with RTK_DIM_BSDF_U */
         survive = rtk_clamp(rtk_maxabs(p->state.tp) * l.total, RTI_SURVIVE_MIN, RTI_SURVIVE_MAX);
         if (!(rtk_unit_float(rtk_scrambled(of_vertex, place, RTK_DIM_ROULETTE)) < survive))
@@ -218,6 +226,7 @@ static void paths_alone(rti_worker *w, rti_sheaf *c)
     for (uint32_t k = 0; k < c->count; k++) {
         point p = point_of(w, c, k);
         if (p.material->type == RTK_MATERIAL_EMISSIVE) {
+            lamps_met++;
             float weight = meeting_weight(w->frame, rti_hit_at(w->hits, c->ray[k]), p.ray.org, p.state.pdf);
             rti_add(w, p.state.home, rtk_mul(p.state.tp, rtk_scale(rti_emission(p.material), weight)));
         } else {
@@ -247,6 +256,7 @@ static void whitted_alone(rti_worker *w, rti_sheaf *c)
         point p = point_of(w, c, k);
         const rtk_material *m = p.material;
         if (m->type == RTK_MATERIAL_EMISSIVE) {
+            lamps_met++;
             rti_add(w, p.state.home, rtk_mul(p.state.tp, rti_emission(m)));
             continue;
         }

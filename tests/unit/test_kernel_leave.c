@@ -9,6 +9,7 @@
 #include "kernel/shapes.h"
 #include "kernel/surface.h"
 #include "kernel_sdf.h"
+#include "kernel_alone.h"
 
 /* A scene of one primitive, perhaps in an instance. */
 typedef struct world {

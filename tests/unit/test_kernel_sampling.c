@@ -10,6 +10,7 @@
 #include "kernel/lights.h"
 #include "kernel/sampling.h"
 #include "kernel_random.h"
+#include "kernel_alone.h"
 
 enum { N = 1 << 16 };
 

@@ -5,6 +5,7 @@
 
 #include "kernel/surface.h"
 #include "scene/snapshot.h"
+#include "kernel_alone.h"
 
 static uint32_t seed = 3;
 
