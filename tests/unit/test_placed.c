@@ -72,7 +72,7 @@ static rt_transform place(float reach)
         rt_transform_multiply(rt_transform_rotate(axis, kit_range(&seed, 0, 360)), rt_transform_scale(scale)));
 }
 
-static rt_scene *build(rt_context *ctx, uint32_t instances, bool planes)
+static rt_scene *build(rt_context *ctx, uint32_t instances, float reach, bool planes, bool own)
 {
     rt_scene *scene = kit_scene(ctx), *kinds[4];
     const uint32_t holes = lace(scene);
@@ -88,13 +88,15 @@ static rt_scene *build(rt_context *ctx, uint32_t instances, bool planes)
         }
         kit_ok(ctx, rt_scene_commit(kinds[k], NULL));
     }
-    soup(scene, 200, 0);
-    balls(scene, 6);
+    if (own) {
+        soup(scene, 200, 0);
+        balls(scene, 6);
+    }
     for (uint32_t i = 0; i < instances; i++) {
         rt_instance_desc d = rt_instance_desc_default();
         rt_transform moved[2];
         d.child = kinds[i % 4];
-        d.transform = place(5);
+        d.transform = place(reach);
         if (i % 5 == 4)
             d.mask = 2;
         if (i % 7 == 3)
@@ -216,10 +218,10 @@ static void brute(rt_scene *scene, uint32_t count)
     assert_true(placed > count / 20); /* else the scene has lost what this test is for */
 }
 
-static void each_scene(uint32_t instances, bool planes, uint32_t count)
+static void each_scene(uint32_t instances, float reach, bool planes, bool own, uint32_t count)
 {
     rt_context *ctx = kit_context(NULL, 1);
-    rt_scene *scene = build(ctx, instances, planes);
+    rt_scene *scene = build(ctx, instances, reach, planes, own);
     void *room = aligned_alloc(64, RTI_TRACE_ROOM);
     for (uint32_t fan = 0; fan < 2; fan++) {
         aim(fan);
@@ -236,15 +238,24 @@ static void test_few(void **state)
 {
     (void)state;
     seed = 3;
-    each_scene(3, false, 1000);
-    each_scene(24, false, RAYS);
+    each_scene(3, 5, false, true, 1000);
+    each_scene(5, 5, false, false, 1003);
+    each_scene(24, 5, false, true, RAYS);
 }
 
 static void test_many(void **state)
 {
     (void)state;
     seed = 4;
-    each_scene(150, false, 2005);
+    each_scene(150, 5, false, true, 2005);
+}
+
+/* All in one heap: there is no room for the lists of so many rays, and they go by halves; the last ones by themselves. */
+static void test_heap(void **state)
+{
+    (void)state;
+    seed = 6;
+    each_scene(40, 0.5f, false, true, RAYS);
 }
 
 /* Planes in instances are in every ray's way: rays go one by one. */
@@ -252,11 +263,12 @@ static void test_planes(void **state)
 {
     (void)state;
     seed = 5;
-    each_scene(8, true, 500);
+    each_scene(8, 5, true, true, 500);
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_few), cmocka_unit_test(test_many), cmocka_unit_test(test_planes)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_few), cmocka_unit_test(test_many), cmocka_unit_test(test_heap),
+                                       cmocka_unit_test(test_planes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
