@@ -2,9 +2,10 @@
  * group as a batch of their own (bvh_placed.inl).
  *
  * Lists of rays go through the top level's nodes as they go through a stream's: a node is opened once for all rays that come to
- * it, the slots wait with the lists of those that enter them, the nearest on top. An instance gets the list of its leaf. Its rays
- * are moved into the group's space as one ray is (rtk_instance_ray), so whatever the group's tracer finds of them is what it
- * would find of each by itself. They end at their best hits so far, or just behind: equal hits are decided by the order of hits.
+ * it, the slots wait with the lists of those that enter them, the nearest on top; where there is no room for lists, half of the
+ * rays go on while the others wait. An instance gets the list of its leaf. Its rays are moved into the group's space as one ray is
+ * (rtk_instance_ray), so whatever the group's tracer finds of them is what it would find of each by itself. They end at their best
+ * hits so far, or just behind: equal hits are decided by the order of hits.
  */
 #ifndef RTI_BVH_PLACED_H
 #define RTI_BVH_PLACED_H
@@ -106,14 +107,13 @@ RTI_VEC rtk_u32 placed_still(placed *a, rtk_u32 mode, const placed_wait *w, cons
     return count;
 }
 
-/* The same of a ray that goes by itself. */
+/* Behind this a ray that goes by itself looks for no hit. */
 RTI_VEC float placed_reach_of(rtk_u32 mode, const placed_ray *r, const rtk_query *q)
 {
     return mode & RTK_MODE_ANY ? r->t1 : rtk_min(r->t1, q->best.t);
 }
 
-/* Opens a node for the rays list[begin, begin + size): its slots wait, the nearest on top. 0: there is no room for their lists.
- */
+/* Opens the node w for its rays: its slots wait, the nearest on top. 0: there is no room for their lists. */
 RTI_VEC int placed_node(placed *a, rtk_u32 mode, const rtk_bvhnode *nodes, const placed_wait *w)
 {
     const rtk_bvhnode *n = &nodes[w->node];
