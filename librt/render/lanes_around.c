@@ -88,7 +88,7 @@ void RTI_ISA_FN(rti_lanes_around)(rti_worker *w)
         leave(w, at, 1.0f / (float)each, &s);
         for (uint32_t j = 0; j < each; j++) {
             spread(w, at, seed, first, j, &s);
-            rti_queue_lanes(w, RTI_LIGHT_MIXED, NULL, at, rti_going(&s, n), &s);
+            rti_queue_lanes(w, RTI_LIGHT_MIXED, NULL, at, rti_lanes_of(s.goes, n), &s);
         }
     }
 }

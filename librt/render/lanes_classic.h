@@ -16,7 +16,7 @@ typedef struct rti_looks {
     bool shown, mirrors, clear;     /* some lane has ambient light; reflects; is transparent */
 } rti_looks;
 
-static inline void rti_load_looks(const rtk_scene *scene, const rti_sheaf *c, rti_looks *l)
+RTI_LANES_FN static inline void rti_load_looks(const rtk_scene *scene, const rti_sheaf *c, rti_looks *l)
 {
     const rtk_material *m = &scene->materials[c->material[0]];
     float ambient = 0.0f, mirror = 0.0f, clear = 0.0f;
@@ -90,7 +90,10 @@ RTI_LANES_FN static inline void rti_note_lit(rti_worker *w, const rti_sheaf *c)
     float *from = w->lit + w->lit_count;
     uint32_t lit[RTK_BLOCK] RTI_ROW, dark = 0;
     RTI_EACH_LANE(k)
-    lit[k] = !((rtk_maxabs(rtk_v3(kr[k], kg[k], kb[k])) == 0.0f) & (rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) == 0.0f));
+    {
+        const int dull = rtk_maxabs(rtk_v3(kr[k], kg[k], kb[k])) == 0.0f, matt = rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) == 0.0f;
+        lit[k] = (uint32_t) !(dull & matt);
+    }
     RTI_EACH_LANE(k)
     dark |= !lit[k];
     if (!dark) {

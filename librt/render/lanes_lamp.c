@@ -26,12 +26,12 @@ typedef struct samples {
     float er[RTK_BLOCK] RTI_ROW, eg[RTK_BLOCK] RTI_ROW, eb[RTK_BLOCK] RTI_ROW, pdf[RTK_BLOCK] RTI_ROW;
 } samples;
 
-/* The lamps index[] names. */
-RTI_LANES_FN static void load_lamps(const rtk_light *lights, lamps *a)
+/* The lamps index[] names: records that lie here and there, lane after lane. */
+static void load_lamps(const rtk_light *lights, lamps *a)
 {
-    uint32_t differ = 0, type[RTK_BLOCK] RTI_ROW;
-    RTI_EACH_LANE(k)
-    {
+    uint32_t differ = 0;
+    memset(a->kinds, 0, sizeof a->kinds);
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
         const rtk_light *l = &lights[a->index[k]];
         for (uint32_t i = 0; i < 3; i++) {
             a->at[i][k] = l->at[i];
@@ -43,12 +43,9 @@ RTI_LANES_FN static void load_lamps(const rtk_light *lights, lamps *a)
         a->body_radius[k] = l->body_radius;
         a->select_pdf[k] = l->select_pdf;
         a->is_met[k] = (uint32_t)rtk_light_is_met(l);
-        type[k] = l->type;
+        a->kinds[l->type] |= 1u << k;
         differ |= a->index[k] ^ a->index[0];
     }
-    memset(a->kinds, 0, sizeof a->kinds);
-    for (uint32_t k = 0; k < RTK_BLOCK; k++)
-        a->kinds[type[k]] |= 1u << k;
     a->common = differ == 0 ? a->index[0] : RTI_LIGHT_MIXED;
 }
 
@@ -160,7 +157,7 @@ RTI_LANES_FN static void aim_far(const rti_worker *w, uint32_t at, const lamps *
 
 RTI_LANES_FN static void weigh(const rti_worker *w, uint32_t at, const float *share, const float *scale, rti_shadow_lanes *s)
 {
-    rti_weigh_lanes(w, at, share, scale, s);
+    rti_weigh_lanes(w, at, true, share, scale, s);
 }
 
 /* Rays of the lanes whose lights are of a type go. share, scale: weights of the Lambert part, and of all. */
@@ -173,7 +170,7 @@ static void send_type(rti_worker *w, uint32_t at, uint32_t type, uint32_t lanes,
     else
         aim_near(w, at, a, from, &s);
     weigh(w, at, share, scale, &s);
-    lanes &= rti_going(&s, RTK_BLOCK);
+    lanes &= rti_lanes_of(s.goes, RTK_BLOCK);
     if (w->frame->set.desc.shadows)
         rti_queue_lanes(w, a->common, a->index, at, lanes, &s);
     else
@@ -182,32 +179,45 @@ static void send_type(rti_worker *w, uint32_t at, uint32_t type, uint32_t lanes,
 
 /* ---- one light a point ---- */
 
-/* Chooses each lane's light and where on it. What is not asked of random numbers is not made. */
-RTI_LANES_FN static void choose(const rti_worker *w, uint32_t at, uint32_t n, lamps *a)
+/* Numbers of a light's choice, and of places on it. */
+RTI_LANES_FN static void pick_lights(const uint32_t *seed, const uint32_t *sample, float *pick)
 {
-    const rtk_scene *scene = w->frame->scene;
-    uint32_t seed[RTK_BLOCK] RTI_ROW, sample[RTK_BLOCK] RTI_ROW;
-    const bool several = scene->light_count > 1;
-    memset(a->index, 0, sizeof a->index);
-    if (several) {
-        float pick[RTK_BLOCK] RTI_ROW;
-        rti_draw_lit(w, at, n, seed, sample);
-        RTI_EACH_LANE(k)
-        pick[k] = rtk_random(seed[k], sample[k], RTK_DIM_LIGHT_CHOICE);
-        for (uint32_t k = 0; k < RTK_BLOCK; k++)
-            a->index[k] = rtk_light_choose(scene->lights, scene->light_count, pick[k]);
-    }
-    load_lamps(scene->lights, a);
-    if (a->kinds[RTK_LIGHT_SPHERE] == 0)
-        return;
-    if (!several)
-        rti_draw_lit(w, at, n, seed, sample);
     RTI_EACH_LANE(k)
     {
-        rtk_uv u = rtk_random2(seed[k], sample[k], RTK_DIM_LIGHT_U);
-        a->u[k] = u.x;
-        a->v[k] = u.y;
+        uint32_t place = rtk_shuffled(seed[k], sample[k], RTK_DIM_LIGHT_CHOICE);
+        pick[k] = rtk_unit_float(rtk_scrambled(seed[k], place, RTK_DIM_LIGHT_CHOICE));
     }
+}
+
+/* Number `from` + j of each lane. */
+RTI_LANES_FN static void pick_places(const uint32_t *seed, const uint32_t *from, uint32_t j, lamps *a)
+{
+    RTI_EACH_LANE(k)
+    { /* rtk_random2 */
+        uint32_t place = rtk_shuffled(seed[k], from[k] + j, RTK_DIM_LIGHT_U);
+        a->u[k] = rtk_unit_float(rtk_scrambled(seed[k], place, RTK_DIM_LIGHT_U));
+        a->v[k] = rtk_unit_float(rtk_scrambled(seed[k], place, RTK_DIM_LIGHT_V));
+    }
+}
+
+/* Chooses each lane's light, where there are several, and where on it. What is not asked of random numbers is not made. */
+static void choose(const rti_worker *w, uint32_t at, uint32_t n, lamps *a)
+{
+    const rtk_scene *scene = w->frame->scene;
+    const bool several = scene->light_count > 1;
+    uint32_t seed[RTK_BLOCK] RTI_ROW, sample[RTK_BLOCK] RTI_ROW;
+    float pick[RTK_BLOCK] RTI_ROW;
+    if (!several && a->kinds[RTK_LIGHT_SPHERE] == 0)
+        return;
+    rti_draw_lit(w, at, n, seed, sample);
+    if (several) {
+        pick_lights(seed, sample, pick);
+        for (uint32_t k = 0; k < RTK_BLOCK; k++)
+            a->index[k] = rtk_light_choose(scene->lights, scene->light_count, pick[k]);
+        load_lamps(scene->lights, a);
+    }
+    if (a->kinds[RTK_LIGHT_SPHERE] != 0)
+        pick_places(seed, sample, 0, a);
 }
 
 /* share, scale: as send_type says. Returns the lanes whose lights can be chosen at all. */
@@ -215,25 +225,29 @@ RTI_LANES_FN static uint32_t weigh_choice(const rti_worker *w, uint32_t at, cons
                                           float *scale)
 {
     const float *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ), *pdf = LIT(DIFFUSE_PDF);
-    uint32_t lanes = 0;
+    uint32_t some[RTK_BLOCK] RTI_ROW;
     RTI_EACH_LANE(k)
     {
         const float cosine = rtk_dot3(rtk_v3(nx[k], ny[k], nz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]));
         const float asking = rtk_light_asking(a->select_pdf[k], s->pdf[k], cosine, pdf[k]);
         share[k] = a->is_met[k] ? asking : 1.0f;
         scale[k] = 1.0f / a->select_pdf[k];
-        lanes |= (uint32_t)(a->select_pdf[k] > 0.0f) << k;
+        some[k] = a->select_pdf[k] > 0.0f;
     }
-    return lanes;
+    return rti_lanes_of(some, RTK_BLOCK);
 }
 
 void RTI_ISA_FN(rti_lanes_one)(rti_worker *w)
 {
+    const rtk_scene *scene = w->frame->scene;
     float share[RTK_BLOCK] RTI_ROW, scale[RTK_BLOCK] RTI_ROW;
     lamps a;
     samples s;
-    for (uint32_t at = 0; at < w->lit_count && w->frame->scene->light_count > 0 && !rti_cancelled(w->frame->cancel);
-         at += RTK_BLOCK) {
+    if (scene->light_count == 0)
+        return;
+    memset(a.index, 0, sizeof a.index);
+    load_lamps(scene->lights, &a);
+    for (uint32_t at = 0; at < w->lit_count && !rti_cancelled(w->frame->cancel); at += RTK_BLOCK) {
         const uint32_t n = w->lit_count - at < RTK_BLOCK ? w->lit_count - at : RTK_BLOCK, there = (1u << n) - 1;
         choose(w, at, n, &a);
         for (uint32_t type = RTK_LIGHT_POINT; type <= RTK_LIGHT_DIRECTIONAL; type++) {
@@ -259,26 +273,36 @@ RTI_LANES_FN static uint32_t in_front(const rti_worker *w, uint32_t at, const la
 {
     const float *px = LIT(PX), *py = LIT(PY), *pz = LIT(PZ);
     const float *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
-    uint32_t lanes = 0;
+    uint32_t some[RTK_BLOCK] RTI_ROW;
     RTI_EACH_LANE(k)
     {
         const rtk_light l = lamp_at(a, k);
         rtk_vec3 p = rtk_v3(px[k], py[k], pz[k]);
         int seen = !rtk_light_behind_flat(&l, RTK_LIGHT_SPHERE, p, rtk_v3(nx[k], ny[k], nz[k]));
         int above = !rtk_light_behind_flat(&l, RTK_LIGHT_SPHERE, p, rtk_v3(gx[k], gy[k], gz[k]));
-        lanes |= (uint32_t)(seen & above) << k;
+        some[k] = (uint32_t)(seen & above);
     }
-    return lanes;
+    return rti_lanes_of(some, RTK_BLOCK);
 }
 
-/* Sample `from` + j of each lane's sequence for this light. */
-RTI_LANES_FN static void place_samples(const uint32_t *seed, const uint32_t *from, uint32_t j, lamps *a)
+/* The same light for all lanes, and weights. */
+RTI_LANES_FN static void same_lamp(uint32_t index, float weight, lamps *a, float *share, float *scale)
 {
     RTI_EACH_LANE(k)
     {
-        rtk_uv u = rtk_random2(seed[k], from[k] + j, RTK_DIM_LIGHT_U);
-        a->u[k] = u.x;
-        a->v[k] = u.y;
+        a->index[k] = index;
+        share[k] = 1.0f;
+        scale[k] = weight;
+    }
+}
+
+/* Each light has numbers of its own. */
+RTI_LANES_FN static void own_numbers(uint32_t index, uint32_t each, uint32_t *seed, uint32_t *sample)
+{
+    RTI_EACH_LANE(k)
+    {
+        seed[k] = rtk_hash2(seed[k], index);
+        sample[k] *= each;
     }
 }
 
@@ -290,12 +314,7 @@ void RTI_ISA_FN(rti_lanes_shine_sphere)(rti_worker *w, uint32_t index)
     float share[RTK_BLOCK] RTI_ROW, scale[RTK_BLOCK] RTI_ROW;
     lamps a;
     samples s;
-    RTI_EACH_LANE(k)
-    {
-        a.index[k] = index;
-        share[k] = 1.0f;
-        scale[k] = 1.0f / (float)each;
-    }
+    same_lamp(index, 1.0f / (float)each, &a, share, scale);
     load_lamps(w->frame->scene->lights, &a);
     for (uint32_t at = 0; at < w->lit_count && !rti_cancelled(w->frame->cancel); at += RTK_BLOCK) {
         const uint32_t n = w->lit_count - at < RTK_BLOCK ? w->lit_count - at : RTK_BLOCK;
@@ -303,13 +322,9 @@ void RTI_ISA_FN(rti_lanes_shine_sphere)(rti_worker *w, uint32_t index)
         if (lanes == 0)
             continue;
         rti_draw_lit(w, at, n, seed, sample);
-        RTI_EACH_LANE(k)
-        {
-            seed[k] = rtk_hash2(seed[k], index); /* each light has numbers of its own */
-            sample[k] *= each;
-        }
+        own_numbers(index, each, seed, sample);
         for (uint32_t j = 0; j < each; j++) {
-            place_samples(seed, sample, j, &a);
+            pick_places(seed, sample, j, &a);
             towards_spheres(w, at, &a, &s);
             send_type(w, at, RTK_LIGHT_SPHERE, lanes, &a, &s, share, scale);
         }

@@ -50,7 +50,7 @@ RTI_LANES_FN static void towards_sun(const rti_worker *w, const rtk_light *light
 
 RTI_LANES_FN static void weigh(const rti_worker *w, uint32_t at, rti_shadow_lanes *s)
 {
-    rti_weigh_lanes(w, at, NULL, NULL, s);
+    rti_weigh_lanes(w, at, false, NULL, NULL, s);
 }
 
 void RTI_ISA_FN(rti_lanes_shine)(rti_worker *w, uint32_t index)
@@ -69,9 +69,9 @@ void RTI_ISA_FN(rti_lanes_shine)(rti_worker *w, uint32_t index)
             towards_sun(w, light, at, &s);
         weigh(w, at, &s);
         if (w->frame->set.desc.shadows)
-            rti_queue_lanes(w, index, NULL, at, rti_going(&s, n), &s);
+            rti_queue_lanes(w, index, NULL, at, rti_lanes_of(s.goes, n), &s);
         else
-            rti_add_lanes(w, w->lit_home + at, rti_going(&s, n), &s.c);
+            rti_add_lanes(w, w->lit_home + at, rti_lanes_of(s.goes, n), &s.c);
     }
 }
 

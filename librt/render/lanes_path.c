@@ -104,10 +104,9 @@ RTI_LANES_FN static void scatter(const rti_sheaf *c, const lobes *s, rti_leaving
     float x[RTK_BLOCK] RTI_ROW, y[RTK_BLOCK] RTI_ROW;
     uint32_t plain[RTK_BLOCK] RTI_ROW, rare = 0;
     RTI_EACH_LANE(k)
-    {
-        rtk_uv u = rtk_random2_at(s->seed[k], s->place[k], RTK_DIM_BSDF_U);
-        x[k] = u.x;
-        y[k] = u.y;
+    { /* rtk_random2_at */
+        x[k] = rtk_unit_float(rtk_scrambled(s->seed[k], s->place[k], RTK_DIM_BSDF_U));
+        y[k] = rtk_unit_float(rtk_scrambled(s->seed[k], s->place[k], RTK_DIM_BSDF_V));
     }
     RTI_EACH_LANE(k)
     {
@@ -129,14 +128,6 @@ RTI_LANES_FN static void scatter(const rti_sheaf *c, const lobes *s, rti_leaving
             to->dz[k] = dir.z;
         }
     }
-}
-
-static uint32_t lanes_of(const uint32_t *goes, uint32_t count)
-{
-    uint32_t lanes = 0;
-    RTI_EACH_LANE(k)
-    lanes |= goes[k] << k;
-    return lanes & ((1u << count) - 1);
 }
 
 RTI_LANES_FN static void send_diffuse(rti_worker *w, const rti_sheaf *c, const lobes *s, const uint32_t *goes, rti_leaving *to)
@@ -162,7 +153,7 @@ RTI_LANES_FN static void send_diffuse(rti_worker *w, const rti_sheaf *c, const l
         to->pdf[k] = probability * rtk_cosine_pdf(cosine);
     }
     rti_leaving_keys(to, RTK_KIND_DIFFUSE);
-    rti_push_lanes(w, c, to, RTK_KIND_DIFFUSE, RT_MASK_DIFFUSE, lanes_of(up, c->count));
+    rti_push_lanes(w, c, to, RTK_KIND_DIFFUSE, RT_MASK_DIFFUSE, rti_lanes_of(up, c->count));
 }
 
 /* Rays of the mirror, or of refraction where b says so: what they keep is (r, g, b)[k] * total / share. */
@@ -179,9 +170,9 @@ RTI_LANES_FN static void send_other(rti_worker *w, const rti_sheaf *c, const rti
         to->tb[k] = through ? crossed.z : mirrored.z;
     }
     if (through)
-        rti_push_refracted(w, c, l, b, to, lanes_of(goes, c->count));
+        rti_push_refracted(w, c, l, b, to, rti_lanes_of(goes, c->count));
     else
-        rti_push_mirrors(w, c, to, lanes_of(goes, c->count));
+        rti_push_mirrors(w, c, to, rti_lanes_of(goes, c->count));
 }
 
 /* One ray at most leaves each lane: the lobe that its number falls into. */

@@ -29,6 +29,15 @@ static inline void rti_take_rows(const rti_sheaf *c, const void *from, size_t si
     }
 }
 
+/* Of a row of 0 and 1 the first n as bits. */
+static inline uint32_t rti_lanes_of(const uint32_t *some, uint32_t n)
+{
+    uint32_t lanes = 0;
+    RTI_EACH_LANE(k)
+    lanes |= some[k] << k;
+    return lanes & ((1u << n) - 1);
+}
+
 /* Where a sheaf's points are, behind those that are noted: their rows up to the geometric normal, their rays and homes. */
 static inline void rti_note_points(rti_worker *w, const rti_sheaf *c)
 {

@@ -23,9 +23,10 @@ static inline const float *rti_lit_from(const rti_worker *w, uint32_t row, uint3
     return w->lit + (size_t)row * w->lit_stride + at;
 }
 
-/* What each brings where nothing is between; a lane to which it brings nothing does not go. share, scale: weights of the Lambert
- * part, and of all; NULL: 1. */
-static inline void rti_weigh_lanes(const rti_worker *w, uint32_t at, const float *share, const float *scale, rti_shadow_lanes *s)
+/* What each brings where nothing is between; a lane to which it brings nothing does not go. shares, a constant of the caller:
+ * there are weights of the Lambert part, `share`, and of all, `scale`. */
+static inline void rti_weigh_lanes(const rti_worker *w, uint32_t at, bool shares, const float *share, const float *scale,
+                                   rti_shadow_lanes *s)
 {
     const float *kr = rti_lit_from(w, RTI_LIT_KR, at), *kg = rti_lit_from(w, RTI_LIT_KG, at),
                 *kb = rti_lit_from(w, RTI_LIT_KB, at);
@@ -66,10 +67,10 @@ static inline void rti_weigh_lanes(const rti_worker *w, uint32_t at, const float
     {
         rtk_vec3 c = rtk_v3(kr[k], kg[k], kb[k]), spec = rtk_v3(sr[k], sg[k], sb[k]), add;
         int glossy = rtk_maxabs(spec) > 0.0f;
-        c = share ? rtk_scale(c, share[k]) : c;
+        c = shares ? rtk_scale(c, share[k]) : c;
         add = rtk_madd(c, shine[k], spec);
         c = rtk_v3(glossy ? add.x : c.x, glossy ? add.y : c.y, glossy ? add.z : c.z);
-        c = rtk_mul(c, rtk_scale(rtk_v3(s->er[k], s->eg[k], s->eb[k]), scale ? s->cosine[k] * scale[k] : s->cosine[k]));
+        c = rtk_mul(c, rtk_scale(rtk_v3(s->er[k], s->eg[k], s->eb[k]), shares ? s->cosine[k] * scale[k] : s->cosine[k]));
         s->c.r[k] = c.x;
         s->c.g[k] = c.y;
         s->c.b[k] = c.z;
@@ -143,14 +144,6 @@ static inline bool rti_queue_whole(rti_worker *w, uint32_t at, uint32_t lanes, c
 #else
     return false;
 #endif
-}
-
-static inline uint32_t rti_going(const rti_shadow_lanes *s, uint32_t n)
-{
-    uint32_t lanes = 0;
-    RTI_EACH_LANE(k)
-    lanes |= s->goes[k] << k;
-    return lanes & ((1u << n) - 1);
 }
 
 /* Lanes of points [at, at + 16) ask whether anything is between. light: that they go to, or RTI_LIGHT_MIXED: then `lights` has
