@@ -13,6 +13,7 @@
 #include "bvh_packet.h"
 
 #define PLACED       16384u /* rays at a time */
+#define PLACED_LEAST 256u   /* rays that are worth it: fewer touch no memory for it */
 #define PLACED_FEW   16u    /* rays that go through an instance singly */
 #define PLACED_NEAR  512u   /* coherent rays that go through one as coherent: fewer have hardly a leaf in common */
 #define PLACED_PIECE 256u   /* rays for whose lists there is no room: so many or fewer go on by themselves, more by halves */
@@ -51,7 +52,7 @@ _Static_assert(PLACED <= 0x10000u && PLACED % RTK_BLOCK == 0u, "lists hold sixte
 /* Instances with planes are in the way of every ray. */
 RTI_VEC int placed_fits(const rtk_scene *scene, const rti_scratch *scratch, uint32_t count)
 {
-    return scene->instance_count != 0u && scene->unbounded_count == 0u && scratch->room && count >= PLACED_FEW;
+    return scene->instance_count != 0u && scene->unbounded_count == 0u && scratch->room && count >= PLACED_LEAST;
 }
 
 RTI_VEC int placed_done(const placed *a, rtk_u32 i)
