@@ -146,6 +146,12 @@ RTK_FN float rtk_light_asking(float select_pdf, float pdf, float cosine, float d
     return ask / (ask + diffuse_pdf * rtk_cosine_pdf(cosine));
 }
 
+/* Share of meeting it: by a diffuse ray of that pdf which started at org. Without falloff it has no radiance of its own. */
+RTK_FN float rtk_light_meeting(RT_GLOBAL const rtk_light *l, rtk_vec3 org, float pdf)
+{
+    return l->falloff > 0.0f ? pdf / (pdf + l->select_pdf * rtk_light_pdf(l, org)) : 0.0f;
+}
+
 /* Light chosen by power: the first whose running sum exceeds u. */
 RTK_FN rtk_u32 rtk_light_choose(RT_GLOBAL const rtk_light *lights, rtk_u32 count, float u)
 {

@@ -204,31 +204,48 @@ static inline void rti_push_lanes(rti_worker *w, const rti_sheaf *c, const rti_l
 #endif
 }
 
-/* Mirror rays of some lanes: their throughputs are there. */
-RTI_LANES_FN static inline void rti_push_mirrors(rti_worker *w, const rti_sheaf *c, rti_leaving *s, uint32_t some)
+/* Rays leave the surface on the side that they point to. */
+RTI_LANES_FN static inline void rti_leaving_start(const rti_sheaf *c, rti_leaving *s)
 {
-    uint32_t goes[RTK_BLOCK] RTI_ROW, lanes = 0;
     RTI_EACH_LANE(k)
     {
-        rtk_vec3 d = rtk_v3(c->dx[k], c->dy[k], c->dz[k]), ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
-        rtk_vec3 a = rtk_reflect(d, rtk_v3(c->nx[k], c->ny[k], c->nz[k])), b = rtk_reflect(d, ng), dir, org;
-        int above = rtk_dot3(a, ng) > 0.0f; /* it stays on its side */
-        dir = rtk_v3(above ? a.x : b.x, above ? a.y : b.y, above ? a.z : b.z);
-        org = rtk_leave(rtk_v3(c->px[k], c->py[k], c->pz[k]), ng, c->error[k], dir);
-        goes[k] = rtk_maxabs(rtk_v3(s->tr[k], s->tg[k], s->tb[k])) >= RTI_THROUGHPUT_MIN;
+        rtk_vec3 org = rtk_leave(rtk_v3(c->px[k], c->py[k], c->pz[k]), rtk_v3(c->gx[k], c->gy[k], c->gz[k]), c->error[k],
+                                 rtk_v3(s->dx[k], s->dy[k], s->dz[k]));
         s->ox[k] = org.x;
         s->oy[k] = org.y;
         s->oz[k] = org.z;
-        s->dx[k] = dir.x;
-        s->dy[k] = dir.y;
-        s->dz[k] = dir.z;
+    }
+}
+
+/* Rays of one direction a lane, of those lanes whose throughputs are worth it: directions and throughputs are there. */
+RTI_LANES_FN static inline void rti_push_single(rti_worker *w, const rti_sheaf *c, rti_leaving *s, uint32_t kind, uint32_t mask,
+                                                uint32_t some)
+{
+    uint32_t goes[RTK_BLOCK] RTI_ROW;
+    rti_leaving_start(c, s);
+    RTI_EACH_LANE(k)
+    {
+        goes[k] = rtk_maxabs(rtk_v3(s->tr[k], s->tg[k], s->tb[k])) >= RTI_THROUGHPUT_MIN;
         s->spread[k] = c->spread[k];
         s->pdf[k] = -1.0f;
     }
-    rti_leaving_keys(s, RTK_KIND_REFLECT);
+    rti_leaving_keys(s, kind);
+    rti_push_lanes(w, c, s, kind, mask, rti_lanes_of(goes, RTK_BLOCK) & some);
+}
+
+/* Mirror rays of some lanes: their throughputs are there. */
+RTI_LANES_FN static inline void rti_push_mirrors(rti_worker *w, const rti_sheaf *c, rti_leaving *s, uint32_t some)
+{
     RTI_EACH_LANE(k)
-    lanes |= goes[k] << k;
-    rti_push_lanes(w, c, s, RTK_KIND_REFLECT, RT_MASK_REFLECTION, lanes & some);
+    {
+        rtk_vec3 d = rtk_v3(c->dx[k], c->dy[k], c->dz[k]), ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
+        rtk_vec3 a = rtk_reflect(d, rtk_v3(c->nx[k], c->ny[k], c->nz[k])), b = rtk_reflect(d, ng);
+        int above = rtk_dot3(a, ng) > 0.0f; /* it stays on its side */
+        s->dx[k] = above ? a.x : b.x;
+        s->dy[k] = above ? a.y : b.y;
+        s->dz[k] = above ? a.z : b.z;
+    }
+    rti_push_single(w, c, s, RTK_KIND_REFLECT, RT_MASK_REFLECTION, some);
 }
 
 /* Rays that get through a sheaf's surfaces. */
@@ -283,26 +300,12 @@ RTI_LANES_FN static inline void rti_bend_lanes(const rti_sheaf *c, const rti_loo
 RTI_LANES_FN static inline void rti_push_refracted(rti_worker *w, const rti_sheaf *c, const rti_looks *l, const rti_bent *b,
                                                    rti_leaving *s, uint32_t some)
 {
-    uint32_t goes[RTK_BLOCK] RTI_ROW, lanes = 0;
+    memcpy(s->dx, b->dx, sizeof s->dx);
+    memcpy(s->dy, b->dy, sizeof s->dy);
+    memcpy(s->dz, b->dz, sizeof s->dz);
     RTI_EACH_LANE(k)
-    {
-        rtk_vec3 dir = rtk_v3(b->dx[k], b->dy[k], b->dz[k]), ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
-        rtk_vec3 org = rtk_leave(rtk_v3(c->px[k], c->py[k], c->pz[k]), ng, c->error[k], dir);
-        goes[k] = b->through[k] & (uint32_t)(rtk_maxabs(rtk_v3(s->tr[k], s->tg[k], s->tb[k])) >= RTI_THROUGHPUT_MIN);
-        s->ox[k] = org.x;
-        s->oy[k] = org.y;
-        s->oz[k] = org.z;
-        s->dx[k] = dir.x;
-        s->dy[k] = dir.y;
-        s->dz[k] = dir.z;
-        s->eta[k] = c->outside[k] ? l->index[k] : 1.0f;
-        s->spread[k] = c->spread[k];
-        s->pdf[k] = -1.0f;
-    }
-    rti_leaving_keys(s, RTK_KIND_REFRACT);
-    RTI_EACH_LANE(k)
-    lanes |= goes[k] << k;
-    rti_push_lanes(w, c, s, RTK_KIND_REFRACT, RT_MASK_REFRACTION, lanes & some);
+    s->eta[k] = c->outside[k] ? l->index[k] : 1.0f;
+    rti_push_single(w, c, s, RTK_KIND_REFRACT, RT_MASK_REFRACTION, rti_lanes_of(b->through, RTK_BLOCK) & some);
 }
 
 #endif

@@ -134,18 +134,15 @@ RTI_LANES_FN static void send_diffuse(rti_worker *w, const rti_sheaf *c, const l
 {
     uint32_t up[RTK_BLOCK] RTI_ROW;
     scatter(c, s, to);
+    rti_leaving_start(c, to);
     RTI_EACH_LANE(k)
     {
         rtk_vec3 dir = rtk_v3(to->dx[k], to->dy[k], to->dz[k]), ng = rtk_v3(c->gx[k], c->gy[k], c->gz[k]);
         const float probability = s->diffuse[k] / s->total[k];
         const float cosine = rtk_dot3(dir, rtk_v3(c->nx[k], c->ny[k], c->nz[k]));
-        rtk_vec3 org = rtk_leave(rtk_v3(c->px[k], c->py[k], c->pz[k]), ng, c->error[k], dir);
         rtk_vec3 tp = rtk_scale(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), 1.0f / s->survive[k]);
         tp = rtk_mul(tp, rtk_scale(rtk_v3(s->dr[k], s->dg[k], s->db[k]), 1.0f / probability));
         up[k] = goes[k] & (uint32_t)((cosine > 0.0f) & (rtk_dot3(dir, ng) > 0.0f));
-        to->ox[k] = org.x;
-        to->oy[k] = org.y;
-        to->oz[k] = org.z;
         to->tr[k] = tp.x;
         to->tg[k] = tp.y;
         to->tb[k] = tp.z;
@@ -206,17 +203,11 @@ RTI_LANES_FN static void go_on(rti_worker *w, const rti_sheaf *c, const rti_look
         send_other(w, c, l, b, s, crossing, &from, true);
 }
 
-/* Weight of meeting a light's body by chance: as a diffuse ray of that pdf which started at org. */
+/* Weight of meeting a light's body by chance: as a diffuse ray of that pdf which started at org; pdf < 0: as another. */
 static float meeting_weight(const rti_frame *f, uint32_t geom, uint32_t inst, rtk_vec3 org, float pdf)
 {
-    const rtk_light *l;
     const uint32_t light = f->light_of_geom && inst == RTK_INVALID ? f->light_of_geom[geom] : RTK_INVALID;
-    if (light == RTK_INVALID || pdf < 0.0f)
-        return 1.0f;
-    l = &f->scene->lights[light];
-    if (!(l->falloff > 0.0f))
-        return 0.0f;
-    return pdf / (pdf + l->select_pdf * rtk_light_pdf(l, org));
+    return light == RTK_INVALID || pdf < 0.0f ? 1.0f : rtk_light_meeting(&f->scene->lights[light], org, pdf);
 }
 
 /* What shines is met: few rays do. */

@@ -3,9 +3,9 @@
  *
  * Lists of rays go through the top level's nodes as they go through a stream's: a node is opened once for all rays that come to
  * it, the slots wait with the lists of those that enter them, the nearest on top; where there is no room for lists, half of the
- * rays go on while the others wait. An instance gets the list of its leaf. Its rays are moved into the group's space as one ray is
- * (rtk_instance_ray), so whatever the group's tracer finds of them is what it would find of each by itself. They end at their best
- * hits so far, or just behind: equal hits are decided by the order of hits.
+ * rays go on while the others wait. An instance gets the list of its leaf. Its rays are moved into the group's space as one ray
+ * is (rtk_instance_ray), so whatever the group's tracer finds of them is what it would find of each by itself. They end at their
+ * best hits so far, or just behind: equal hits are decided by the order of hits.
  */
 #ifndef RTI_BVH_PLACED_H
 #define RTI_BVH_PLACED_H
@@ -39,7 +39,7 @@ typedef struct placed {
     placed_wait wait[2u * (RTK_BVH_STACK + RTK_BVH_WIDTH)];
     rtk_u32 top;
     const rtk_scene *scene;
-    const rtk_trace_block *rays; /* of these, from `first` on */
+    const rtk_trace_block *rays; /* of the batch those that are under way, PLACED at most */
     rtk_hit_block *hits;
     uint16_t *occluded;
     rti_scratch *scratch;
@@ -243,17 +243,9 @@ RTI_VEC void placed_move(placed *a, rtk_u32 mode, const rtk_instance *inst, cons
 /* A hit of ray i is taken if it comes before its best one. */
 RTI_VEC void placed_take(placed *a, rtk_u32 i, rtk_hit hit)
 {
-    rtk_hit_block *h = &a->hits[i / RTK_BLOCK];
-    const rtk_u32 k = i % RTK_BLOCK;
-    if (hit.prim == RTK_INVALID ||
-        !rtk_hit_less(hit.t, hit.inst, hit.geom, hit.prim, h->t[k], h->inst[k], h->geom[k], h->prim[k]))
-        return;
-    h->t[k] = hit.t;
-    h->u[k] = hit.u;
-    h->v[k] = hit.v;
-    h->prim[k] = hit.prim;
-    h->geom[k] = hit.geom;
-    h->inst[k] = hit.inst;
+    const rtk_hit best = rti_lane_best(a->hits, i);
+    if (hit.prim != RTK_INVALID && rtk_hit_less(hit.t, hit.inst, hit.geom, hit.prim, best.t, best.inst, best.geom, best.prim))
+        rti_lane_keep(a->hits, i, hit);
 }
 
 /* What the group's tracer has found of an instance's rays. */
@@ -265,9 +257,9 @@ RTI_VEC void placed_merge(placed *a, rtk_u32 mode, const rtk_instance *inst, con
         if (mode & RTK_MODE_ANY) {
             a->occluded[i / RTK_BLOCK] |= (uint16_t)((any[k / RTK_BLOCK] >> k % RTK_BLOCK & 1u) << i % RTK_BLOCK);
         } else {
-            const rtk_hit_block *f = &a->found[k / RTK_BLOCK];
-            const rtk_u32 l = k % RTK_BLOCK;
-            placed_take(a, i, (rtk_hit){f->t[l], f->u[l], f->v[l], f->prim[l], f->geom[l], inst->id});
+            rtk_hit hit = rti_lane_best(a->found, k);
+            hit.inst = inst->id;
+            placed_take(a, i, hit);
         }
     }
 }

@@ -19,11 +19,8 @@ static void RTK_NAME(placed_group)(placed *a, rtk_u32 group, const rtk_trace_blo
 RTI_VEC void RTK_NAME(placed_query)(const placed *a, rtk_u32 i, rtk_query *q)
 {
     rti_lane_query(q, a->scene, a->rays, i, a->scratch);
-    if (!(RTK_MODE & RTK_MODE_ANY)) {
-        const rtk_hit_block *h = &a->hits[i / RTK_BLOCK];
-        const rtk_u32 k = i % RTK_BLOCK;
-        q->best = (rtk_hit){h->t[k], h->u[k], h->v[k], h->prim[k], h->geom[k], h->inst[k]};
-    }
+    if (!(RTK_MODE & RTK_MODE_ANY))
+        q->best = rti_lane_best(a->hits, i);
 }
 
 /* What a ray that went by itself has found. */

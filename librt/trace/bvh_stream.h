@@ -161,23 +161,13 @@ RTI_VEC rtk_u32 stream_number(const stream *s, rtk_u32 mode, rtk_u32 l)
 RTI_VEC void stream_query(const streams *a, rtk_u32 number, rtk_query *q)
 {
     rti_lane_query(q, a->scene, a->blocks, number, a->scratch);
-    if (a->hits) {
-        const rtk_hit_block *h = &a->hits[number / RTK_BLOCK];
-        const rtk_u32 k = number % RTK_BLOCK;
-        q->best = (rtk_hit){h->t[k], h->u[k], h->v[k], h->prim[k], h->geom[k], h->inst[k]};
-    }
+    if (a->hits)
+        q->best = rti_lane_best(a->hits, number);
 }
 
 RTI_VEC void stream_keep(const streams *a, rtk_u32 number, rtk_hit hit)
 {
-    rtk_hit_block *h = &a->hits[number / RTK_BLOCK];
-    const rtk_u32 k = number % RTK_BLOCK;
-    h->t[k] = hit.t;
-    h->u[k] = hit.u;
-    h->v[k] = hit.v;
-    h->prim[k] = hit.prim;
-    h->geom[k] = hit.geom;
-    h->inst[k] = hit.inst;
+    rti_lane_keep(a->hits, number, hit);
 }
 
 /* Any hit: the ray has one. */

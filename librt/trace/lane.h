@@ -22,6 +22,26 @@ static inline void rti_lane_query(rtk_query *q, const rtk_scene *scene, const rt
         q->time = scratch->times[i];
 }
 
+/* The hit that stands in ray i's lane, and another in its place. */
+static inline rtk_hit rti_lane_best(const rtk_hit_block *hits, uint32_t i)
+{
+    const rtk_hit_block *h = &hits[i / RTK_BLOCK];
+    const uint32_t lane = i % RTK_BLOCK;
+    return (rtk_hit){h->t[lane], h->u[lane], h->v[lane], h->prim[lane], h->geom[lane], h->inst[lane]};
+}
+
+static inline void rti_lane_keep(rtk_hit_block *hits, uint32_t i, rtk_hit hit)
+{
+    rtk_hit_block *h = &hits[i / RTK_BLOCK];
+    const uint32_t lane = i % RTK_BLOCK;
+    h->t[lane] = hit.t;
+    h->u[lane] = hit.u;
+    h->v[lane] = hit.v;
+    h->prim[lane] = hit.prim;
+    h->geom[lane] = hit.geom;
+    h->inst[lane] = hit.inst;
+}
+
 /* The last hit, for RTI_TRACE_AFTER. */
 static inline void rti_lane_after(rtk_query *q, const rtk_hit_block *hits, uint32_t i)
 {
@@ -37,15 +57,8 @@ static inline void rti_lane_after(rtk_query *q, const rtk_hit_block *hits, uint3
 
 static inline void rti_lane_hit(rtk_query *q, rtk_hit_block *hits, uint32_t i)
 {
-    rtk_hit_block *h = &hits[i / RTK_BLOCK];
-    uint32_t lane = i % RTK_BLOCK;
     rtk_query_finish(q);
-    h->t[lane] = q->best.t;
-    h->u[lane] = q->best.u;
-    h->v[lane] = q->best.v;
-    h->prim[lane] = q->best.prim;
-    h->geom[lane] = q->best.geom;
-    h->inst[lane] = q->best.inst;
+    rti_lane_keep(hits, i, q->best);
 }
 
 static inline void rti_lane_occluded(uint16_t *occluded, uint32_t i, int hit)

@@ -111,10 +111,8 @@ RTI_APART void pencil_ask(pencil *p, rtk_u32 mode, rtk_u32 bundle, rtk_u32 i, rt
     rtk_query q;
     rtk_pray r;
     rti_lane_query(&q, p->scene, p->batch, p->first + g * RTK_BLOCK + i, p->scratch);
-    if (!(mode & RTK_MODE_ANY)) {
-        const rtk_hit_block *h = &p->hits[g];
-        q.best = (rtk_hit){h->t[i], h->u[i], h->v[i], h->prim[i], h->geom[i], h->inst[i]};
-    }
+    if (!(mode & RTK_MODE_ANY))
+        q.best = rti_lane_best(&p->hits[g], i);
     if (!rtk_ray_prepare(q.ray, part->lo, part->hi, part->scale, &r))
         return;
     if (rtk_query_prim(&q, mode, &r, ref)) {

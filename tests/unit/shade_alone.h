@@ -163,14 +163,10 @@ static lobes lobes_at(const point *p)
 /* Weight of meeting a light's body by chance: as a diffuse ray of that pdf which started at org. */
 static float meeting_weight(const rti_frame *f, rtk_hit hit, rtk_vec3 org, float pdf)
 {
-    const rtk_light *l;
-    uint32_t light = f->light_of_geom && hit.inst == RTK_INVALID ? f->light_of_geom[hit.geom] : RTK_INVALID;
+    const uint32_t light = f->light_of_geom && hit.inst == RTK_INVALID ? f->light_of_geom[hit.geom] : RTK_INVALID;
     if (light == RTK_INVALID || pdf < 0.0f)
         return 1.0f;
-    l = &f->scene->lights[light];
-    if (!(l->falloff > 0.0f))
-        return 0.0f;
-    return pdf / (pdf + l->select_pdf * rtk_light_pdf(l, org));
+    return rtk_light_meeting(&f->scene->lights[light], org, pdf);
 }
 
 /* The chosen lobe's ray. of_vertex, place: of the vertex' random numbers; pick: which lobe; survive: the probability of going on,
