@@ -107,6 +107,14 @@ function claims:take(name)
   return false, host and ("process %s on %s"):format(id, host) or "another process"
 end
 
+-- Removes a void claim to what is finished: its owner was ended before it gave it back.
+function claims:clear(name)
+  local path = path_of(self, name)
+  if is_void(self, path) then
+    os.remove(path)
+  end
+end
+
 -- Signs of life for all that is claimed; call it often.
 function claims:beat()
   local now = sys.now()

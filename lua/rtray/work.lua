@@ -171,6 +171,7 @@ local function prepare(self, frame)
   self.run = described.opened.run
   note_files(self, self.run)
   if take_up(self, described, self.state[frame] == "waiting" and "other" or "taken") then
+    self.claims:clear(frame)
     described.scene:release()
     return
   end
