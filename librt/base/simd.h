@@ -20,6 +20,8 @@
  *   rti_rows4(from, to)                               to[k][i] = from[i][k], for k below 4 and i below 16
  *   rti_nines(p, to)                                  to[k][i] = p[9 i + k], for k below 9 and i below 16
  *   rti_sixes(from, p)                                p[6 i + k] = from[k][i], for k below 6 and i below 16
+ *   rti_sums(a, b, c, to)                             to[i] = a[i], b[i], c[i] and 0, for i below 16; a, b, c: of 16 uint64_t
+ *   rti_sum_add(p, a)                                 p[0] to p[3] grow by an rti_sum
  *
  * Where RTI_PACK8 is defined (AVX2, AVX-512), of lanes chosen by bits, too; N: the widest, RTI_SIMD:
  *   rti_f8_pack(p, bits, a)  rti_u8_pack(p, bits, a)  the chosen lanes of a vector, or of a[8], side by side from p on; all eight
@@ -114,11 +116,32 @@
 #endif
 
 #ifdef __clang__
-#define RTI_MIX(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
+#define RTI_MIX(a, b, i, j, k, l)  __builtin_shufflevector(a, b, i, j, k, l)
+#define RTI_MIX8(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
 #else
 typedef int32_t rti_mix __attribute__((vector_size(16)));
-#define RTI_MIX(a, b, i, j, k, l) __builtin_shuffle(a, b, (rti_mix){i, j, k, l})
+typedef int64_t rti_mix8 __attribute__((vector_size(32)));
+#define RTI_MIX(a, b, i, j, k, l)  __builtin_shuffle(a, b, (rti_mix){i, j, k, l})
+#define RTI_MIX8(a, b, i, j, k, l) __builtin_shuffle(a, b, (rti_mix8){i, j, k, l})
 #endif
+typedef uint64_t rti_sum __attribute__((vector_size(32), aligned(8), may_alias));
+RTI_VEC void rti_sum_add(uint64_t *p, const rti_sum *a)
+{
+    *(rti_sum *)p += *a;
+}
+RTI_VEC void rti_sums(const uint64_t *a, const uint64_t *b, const uint64_t *c, rti_sum to[16])
+{
+    const rti_sum none = {0, 0, 0, 0};
+    for (uint32_t i = 0; i < 16; i += 4) {
+        const rti_sum r = *(const rti_sum *)(a + i), g = *(const rti_sum *)(b + i), d = *(const rti_sum *)(c + i);
+        const rti_sum even = RTI_MIX8(r, g, 0, 4, 2, 6), odd = RTI_MIX8(r, g, 1, 5, 3, 7);
+        const rti_sum even_d = RTI_MIX8(d, none, 0, 4, 2, 6), odd_d = RTI_MIX8(d, none, 1, 5, 3, 7);
+        to[i] = RTI_MIX8(even, even_d, 0, 1, 4, 5);
+        to[i + 1] = RTI_MIX8(odd, odd_d, 0, 1, 4, 5);
+        to[i + 2] = RTI_MIX8(even, even_d, 2, 3, 6, 7);
+        to[i + 3] = RTI_MIX8(odd, odd_d, 2, 3, 6, 7);
+    }
+}
 RTI_VEC void rti_f4_turn(const rti_f4 a[4], rti_f4 b[4])
 {
     const rti_f4 x = RTI_MIX(a[0], a[1], 0, 4, 1, 5), y = RTI_MIX(a[2], a[3], 0, 4, 1, 5);
@@ -175,6 +198,7 @@ RTI_VEC void rti_sixes(const float *const from[6], float *p)
 }
 #endif
 #undef RTI_MIX
+#undef RTI_MIX8
 
 #ifndef RTI_MSUB
 #define rti_f4_msub(a, b, c) ((a) * (b) - (c))

@@ -62,45 +62,6 @@ typedef struct rti_light_lanes {
     float r[RTK_BLOCK] RTI_ROW, g[RTK_BLOCK] RTI_ROW, b[RTK_BLOCK] RTI_ROW;
 } rti_light_lanes;
 
-/* The nearest integer, ties to even, of |x| < 2^51: what is added leaves a double no place for a fraction. */
-static inline uint64_t rti_lane_fixed(float x)
-{
-    double d = (double)x + 6755399441055744.0; /* 1.5 * 2^52 */
-    uint64_t bits;
-    memcpy(&bits, &d, sizeof bits);
-    return bits - 0x4338000000000000u;
-}
-
-/* rti_add of the lanes in mask. */
-static inline void rti_add_lanes(rti_worker *w, const uint32_t *home, uint32_t mask, const rti_light_lanes *l)
-{
-    const float scale = w->frame->film_scale;
-    uint64_t r[RTK_BLOCK] RTI_ROW, g[RTK_BLOCK] RTI_ROW, b[RTK_BLOCK] RTI_ROW;
-    uint32_t rare = 0;
-    RTI_EACH_LANE(k)
-    rare |= (uint32_t) !(rtk_fabs(l->r[k]) + rtk_fabs(l->g[k]) + rtk_fabs(l->b[k]) <= RTK_FILM_LIMIT);
-    if (rare) {
-        for (uint32_t k = 0; k < RTK_BLOCK; k++)
-            if (mask >> k & 1u)
-                rti_add(w, home[k], rtk_v3(l->r[k], l->g[k], l->b[k]));
-        return;
-    }
-    RTI_EACH_LANE(k)
-    {
-        r[k] = rti_lane_fixed(l->r[k] * scale);
-        g[k] = rti_lane_fixed(l->g[k] * scale);
-        b[k] = rti_lane_fixed(l->b[k] * scale);
-    }
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
-        uint64_t *sum = w->film + (size_t)home[k] * RTK_FILM_CHANNELS;
-        if (!(mask >> k & 1u))
-            continue;
-        sum[0] += r[k];
-        sum[1] += g[k];
-        sum[2] += b[k];
-    }
-}
-
 /* Sorted by what a hit needs. */
 enum {
     RTI_SURFACE_MISS = 0,

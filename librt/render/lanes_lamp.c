@@ -3,6 +3,7 @@
 #include "../kernel/lights.h"
 #include "direct.h"
 #include "lanes.h"
+#include "lanes_film.h"
 #include "lanes_shadow.h"
 #include "lanes_table.h"
 

@@ -1,5 +1,6 @@
 /* The hits of a batch by what they need: counting-sorted, and taken out of the batch sixteen at a time. */
 #include "lanes.h"
+#include "lanes_film.h"
 #include "lanes_rows.h"
 #include "lanes_table.h"
 #include "shade.h"
@@ -284,10 +285,8 @@ static bool is_black(const rtk_world *world)
 static void hits(rti_worker *w, rti_sheaf *c, rti_sheaf_fn then)
 {
     const rtk_scene *scene = w->frame->scene;
-    if (c->depth == 0) {
-        for (uint32_t k = 0; k < c->count; k++)
-            rti_cover(w, c->home[k]);
-    }
+    if (c->depth == 0)
+        rti_cover_lanes(w, c->home, c->count);
     RTI_ISA_FN(rti_lanes_surface)(w, c);
     touch(w, c);
     if (c->material_kind != RTI_LOOK_EMISSIVE)

@@ -2,6 +2,7 @@
  * mirror ray and a refracted ray that go on. */
 #include "lanes.h"
 #include "lanes_classic.h"
+#include "lanes_film.h"
 #include "lanes_table.h"
 #include "shade.h"
 
