@@ -188,8 +188,8 @@ RTI_VEC void packet_list(packet *p, rtk_u32 mode, const rtk_part *part, const rt
         for (rtk_u32 k = 0u; k < n->count[slot] && lanes != 0u; k++) {
             const rtk_shape *shape = refs[k] >= g->tri_count ? &g->shapes[refs[k] - g->tri_count] : NULL;
             rtk_u32 ask = lanes;
-            if (p->plain && shape && shape->type == RTK_SHAPE_SPHERE)
-                ask = packet_sphere(p, mode, part, shape, at, lanes);
+            if (p->plain && shape)
+                ask = packet_shape(p, mode, part, shape, at, lanes);
             for (; ask != 0u; ask &= ask - 1u)
                 packet_ask_late(p, mode, part, at + (rtk_u32)__builtin_ctz(ask), refs[k]);
             if (mode & RTK_MODE_ANY)

@@ -1,5 +1,5 @@
-/* Spheres and planes for the rays of a packet, RTI_SIMD at a time, for hot files: what rtk_sphere_roots, rtk_plane_intersect and
- * the queries that call them do, the same operations in the same order, so the same bits.
+/* Spheres, boxes and planes for the rays of a packet, RTI_SIMD at a time, for hot files: what rtk_sphere_roots, rtk_box_roots,
+ * rtk_plane_intersect and the queries that call them do, the same operations in the same order, so the same bits.
  */
 #ifndef RTI_PACKET_SHAPE_H
 #define RTI_PACKET_SHAPE_H
@@ -27,6 +27,16 @@ RTI_VEC vec packet_local_at(vec org, vec anchor, vec t, vec d)
     return s.hi + (s.lo + (f.lo + p.lo));
 }
 
+/* Of `lanes` from `at` on those that have the first or the second of two crossings in their ranges, and the first that is. */
+RTI_VEC rtk_u32 packet_crossings(const packet *p, rtk_u32 at, rtk_u32 lanes, vec first, vec second, vec *out)
+{
+    const vec tmin = V(load)(p->tmin + at), tmax = V(load)(p->tmax + at);
+    const rtk_u32 one = lanes & VM(bits)(V(lt)(tmin, first)) & VM(bits)(V(lt)(first, tmax));
+    const rtk_u32 two = lanes & VM(bits)(V(lt)(tmin, second)) & VM(bits)(V(lt)(second, tmax));
+    *out = V(select)(VM(of)(one), first, second);
+    return one | two;
+}
+
 /* Of `lanes` from `at` on, none of whose rays has its origin moved, those that hit the sphere, and where first. */
 RTI_VEC rtk_u32 packet_sphere_hits(const packet *p, const float sphere[4], float scale, rtk_u32 at, rtk_u32 lanes, vec *out)
 {
@@ -48,12 +58,21 @@ RTI_VEC rtk_u32 packet_sphere_hits(const packet *p, const float sphere[4], float
     const vec3 foot = packet_madd(o, b, d);
     const vec m = V(sqrt)(packet_dot3(foot, foot)), disc = (radius - m) * (radius + m), h = V(sqrt)(disc);
     const vec first = zero + (t + (b - h) / len), second = zero + (t + (b + h) / len);
-    const vec tmin = V(load)(p->tmin + at), tmax = V(load)(p->tmax + at);
-    lanes &= VM(bits)(V(le)(zero, disc));
-    const rtk_u32 one = lanes & VM(bits)(V(lt)(tmin, first)) & VM(bits)(V(lt)(first, tmax));
-    const rtk_u32 two = lanes & VM(bits)(V(lt)(tmin, second)) & VM(bits)(V(lt)(second, tmax));
-    *out = V(select)(VM(of)(one), first, second);
-    return one | two;
+    return packet_crossings(p, at, lanes & VM(bits)(V(le)(zero, disc)), first, second, out);
+}
+
+/* Likewise a box. */
+RTI_VEC rtk_u32 packet_box_hits(const packet *p, const float box[6], rtk_u32 at, rtk_u32 lanes, vec *out)
+{
+    const vec zero = V(set)(0.0f);
+    vec t0 = V(set)(-RTK_INF), t1 = V(set)(RTK_INF);
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const vec org = V(load)(p->org[k] + at), inv = V(load)(p->inv[k] + at);
+        const vec a = (V(set)(box[k]) - org) * inv, b = (V(set)(box[3u + k]) - org) * inv;
+        t0 = V(max)(t0, V(min)(a, b));
+        t1 = V(min)(t1, V(max)(a, b));
+    }
+    return packet_crossings(p, at, lanes & VM(bits)(V(le)(t0, t1)), zero + t0, zero + t1, out);
 }
 
 /* Lanes `hit` of a plain packet from `at` on meet a shape at t; returns those of equal hits, whose order is to be asked for. */
@@ -74,11 +93,18 @@ RTI_VEC rtk_u32 packet_take(packet *p, rtk_u32 mode, const rtk_shape *shape, rtk
     return hit & VM(bits)(V(eq)(t, best));
 }
 
-/* A sphere of a plain packet's part; returns the lanes that the order of equal hits is to be asked for. */
-RTI_VEC rtk_u32 packet_sphere(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_shape *shape, rtk_u32 at, rtk_u32 lanes)
+/* A shape of a plain packet's part; returns the lanes that are to be asked one by one: for the order of equal hits, or all of
+ * those of another type. */
+RTI_VEC rtk_u32 packet_shape(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_shape *shape, rtk_u32 at, rtk_u32 lanes)
 {
     vec t;
-    const rtk_u32 hit = packet_sphere_hits(p, shape->p, part->scale, at, lanes, &t);
+    rtk_u32 hit;
+    if (shape->type == RTK_SHAPE_SPHERE)
+        hit = packet_sphere_hits(p, shape->p, part->scale, at, lanes, &t);
+    else if (shape->type == RTK_SHAPE_BOX)
+        hit = packet_box_hits(p, shape->p, at, lanes, &t);
+    else
+        return lanes;
     return hit != 0u ? packet_take(p, mode, shape, at, hit, t) : 0u;
 }
 

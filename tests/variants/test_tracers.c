@@ -381,41 +381,56 @@ static void test_scaled_and_moved(void **state)
     }
 }
 
-/* What packets ask in lanes, and all rays see: spheres of very different sizes, some twice and some inside others, and planes,
- * one of them twice; then planes beside triangles alone. */
-static void test_spheres_and_planes(void **state)
+/* Bodies of very different sizes, some twice and some inside others: balls, or boxes, of which some are flat and some stand wall
+ * to wall. */
+static void make_bodies(rtk_shape *bodies, int count, bool boxes)
+{
+    test_rng rng = {41};
+    memset(bodies, 0, (size_t)count * sizeof *bodies);
+    for (int i = 0; i < count; i++) {
+        float *p = bodies[i].p;
+        if (i % 8 == 7) {
+            memcpy(p, bodies[i - 1].p, sizeof bodies[i].p);
+            p[3] *= i % 16 == 7 || boxes ? 1.0f : 0.99f;
+        } else {
+            for (int a = 0; a < 3; a++)
+                p[a] = test_range(&rng, -1.0f, 1.0f);
+            p[3] = powf(10.0f, test_range(&rng, -3.0f, -0.3f));
+        }
+        if (!boxes)
+            continue;
+        bodies[i].type = RTK_SHAPE_BOX;
+        for (int a = 0; a < 3 && i % 8 != 7; a++)
+            p[3 + a] = p[a] + (i % 5 == a ? 1.0e-6f : test_range(&rng, 0.01f, 0.4f));
+        if (i % 8 == 6) { /* on the one before */
+            p[1] = bodies[i - 1].p[4];
+            p[4] = p[1] + 0.2f;
+        }
+    }
+}
+
+/* What packets ask in lanes, and all rays see: bodies, and planes, one of them twice; then planes beside triangles alone. */
+static void test_bodies_and_planes(void **state)
 {
     static const float planes[3][6] = {{0, -0.7f, 0, 0.1f, 1, 0.2f}, {0, -0.7f, 0, 0.1f, 1, 0.2f}, {3, 0, 0, -1, 0, 0}};
+    static const char *const words[] = {"spheres", "spheres, planes", "planes", "boxes", "boxes, planes"};
     (void)state;
-    for (int way = 0; way < 3; way++) {
+    for (int way = 0; way < 5; way++) {
         rt_context *ctx = context();
         test_world w;
-        rtk_shape balls[160] = {{0}};
+        rtk_shape bodies[160];
         test_mesh m = {0};
-        test_rng rng = {41};
-        for (int i = 0; i < 160; i++) {
-            if (i % 8 == 7) {
-                memcpy(balls[i].p, balls[i - 1].p, sizeof balls[i].p);
-                balls[i].p[3] *= i % 16 == 7 ? 1.0f : 0.99f;
-                continue;
-            }
-            for (int a = 0; a < 3; a++)
-                balls[i].p[a] = test_range(&rng, -1.0f, 1.0f);
-            balls[i].p[3] = powf(10.0f, test_range(&rng, -3.0f, -0.3f));
-        }
+        make_bodies(bodies, 160, way > 2);
         test_world_init(&w, ctx);
         test_mesh_soup(&m, 60, 0.3f, 42);
         test_world_mesh(&w, 0, &m, 0xffffffffu);
-        for (int i = 0; i < 3 && way != 0; i++)
+        for (int i = 0; i < 3 && strstr(words[way], "planes"); i++)
             test_world_plane(&w, 0, planes[i], planes[i] + 3, 0xffffffffu);
         if (way != 2)
-            test_world_shapes(&w, 0, balls, 160, 0xffffffffu);
+            test_world_shapes(&w, 0, bodies, 160, 0xffffffffu);
         assert_int_equal(test_world_commit(&w, NULL), RT_OK);
         assert_true(w.scene.groups->flags & RTK_GROUP_PLAIN);
-        sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count() / 2,
-              way == 0   ? "spheres"
-              : way == 1 ? "spheres, planes"
-                         : "planes");
+        sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count() / 2, words[way]);
         test_world_free(&w);
         test_mesh_free(&m);
         rt_context_destroy(ctx);
@@ -644,7 +659,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nothing),          cmocka_unit_test(test_soup),    cmocka_unit_test(test_bvh_builders),
         cmocka_unit_test(test_slivers),          cmocka_unit_test(test_lattice), cmocka_unit_test(test_nested),
-        cmocka_unit_test(test_scaled_and_moved), cmocka_unit_test(test_shapes),  cmocka_unit_test(test_spheres_and_planes),
+        cmocka_unit_test(test_scaled_and_moved), cmocka_unit_test(test_shapes),  cmocka_unit_test(test_bodies_and_planes),
         cmocka_unit_test(test_instances),        cmocka_unit_test(test_meshes),  cmocka_unit_test(test_alpha),
     };
     if (getenv("LIBRT_ONLY"))
