@@ -100,47 +100,83 @@ RTK_FN void rtk_sphere_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk
     out->dpdu = n.x == 0.0f && n.z == 0.0f ? rtk_v3(1.0f, 0.0f, 0.0f) : rtk_unit(rtk_v3(n.z, 0.0f, -n.x));
 }
 
-RTK_FN void rtk_box_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk_shape_point *out)
+/* ---- boxes, without a branch ---- */
+
+RTK_FN rtk_vec3 rtk_box_clamp(rtk_vec3 lo, rtk_vec3 hi, rtk_vec3 p)
 {
-    float lo[3], hi[3], p[3], q[3], best = RTK_INF;
-    int i, axis = 0, high = 0;
-    p[0] = point.x;
-    p[1] = point.y;
-    p[2] = point.z;
-    for (i = 0; i < 3; i++) {
-        lo[i] = s->p[i];
-        hi[i] = s->p[3 + i];
-        p[i] = rtk_clamp(p[i], lo[i], hi[i]);
-        q[i] = rtk_clamp((p[i] - lo[i]) / (hi[i] - lo[i]), 0.0f, 1.0f);
-        if (p[i] - lo[i] < best) {
-            best = p[i] - lo[i];
-            axis = i;
-            high = 0;
-        }
-        if (hi[i] - p[i] < best) {
-            best = hi[i] - p[i];
-            axis = i;
-            high = 1;
-        }
-    }
-    p[axis] = high ? hi[axis] : lo[axis];
-    q[axis] = high ? 1.0f : 0.0f;
-    out->p = rtk_v3(p[0], p[1], p[2]);
-    out->ng = rtk_v3(axis == 0 ? 2.0f * q[0] - 1.0f : 0.0f, axis == 1 ? 2.0f * q[1] - 1.0f : 0.0f,
-                     axis == 2 ? 2.0f * q[2] - 1.0f : 0.0f);
-    if (axis == 0) {
-        out->u = high ? 1.0f - q[2] : q[2];
-        out->v = q[1];
-        out->dpdu = rtk_v3(0.0f, 0.0f, high ? -1.0f : 1.0f);
-    } else if (axis == 1) {
-        out->u = q[0];
-        out->v = high ? 1.0f - q[2] : q[2];
-        out->dpdu = rtk_v3(1.0f, 0.0f, 0.0f);
-    } else {
-        out->u = high ? q[0] : 1.0f - q[0];
-        out->v = q[1];
-        out->dpdu = rtk_v3(high ? 1.0f : -1.0f, 0.0f, 0.0f);
-    }
+    return rtk_v3(rtk_clamp(p.x, lo.x, hi.x), rtk_clamp(p.y, lo.y, hi.y), rtk_clamp(p.z, lo.z, hi.z));
+}
+
+/* The face that a point of the box is nearest to, of equally near ones the first: one of these is 1. */
+typedef struct rtk_box_face {
+    int low_x, high_x, low_y, high_y, low_z, high_z;
+} rtk_box_face;
+RTK_FN rtk_box_face rtk_box_nearest(rtk_vec3 lo, rtk_vec3 hi, rtk_vec3 p)
+{
+    rtk_vec3 a = rtk_sub(p, lo), b = rtk_sub(hi, p);
+    float x = rtk_min(a.x, b.x), y = rtk_min(a.y, b.y), z = rtk_min(a.z, b.z), least = rtk_min(rtk_min(x, y), z);
+    rtk_box_face f;
+    int first = 1;
+    f.low_x = a.x == least;
+    first &= !f.low_x;
+    f.high_x = first & (b.x == least);
+    first &= !f.high_x;
+    f.low_y = first & (a.y == least);
+    first &= !f.low_y;
+    f.high_y = first & (b.y == least);
+    first &= !f.high_y;
+    f.low_z = first & (a.z == least);
+    f.high_z = first & !f.low_z;
+    return f;
+}
+
+/* A point of the box brought onto a face; and the face's normal. */
+RTK_FN rtk_vec3 rtk_box_onto(rtk_vec3 lo, rtk_vec3 hi, rtk_vec3 p, rtk_box_face f)
+{
+    p.x = f.low_x ? lo.x : p.x;
+    p.y = f.low_y ? lo.y : p.y;
+    p.z = f.low_z ? lo.z : p.z;
+    p.x = f.high_x ? hi.x : p.x;
+    p.y = f.high_y ? hi.y : p.y;
+    p.z = f.high_z ? hi.z : p.z;
+    return p;
+}
+RTK_FN rtk_vec3 rtk_box_normal(rtk_box_face f)
+{
+    return rtk_v3((float)(f.high_x - f.low_x), (float)(f.high_y - f.low_y), (float)(f.high_z - f.low_z));
+}
+
+/* Where a point of the box is on a face. */
+RTK_FN void rtk_box_uv(rtk_vec3 lo, rtk_vec3 hi, rtk_vec3 p, rtk_box_face f, float *u, float *v)
+{
+    float x = rtk_clamp((p.x - lo.x) / (hi.x - lo.x), 0.0f, 1.0f), y = rtk_clamp((p.y - lo.y) / (hi.y - lo.y), 0.0f, 1.0f);
+    float z = rtk_clamp((p.z - lo.z) / (hi.z - lo.z), 0.0f, 1.0f), back_x = 1.0f - x, back_z = 1.0f - z;
+    float across = f.low_z ? back_x : x;
+    across = f.low_x ? z : across;
+    *u = f.high_x ? back_z : across;
+    y = f.low_y ? z : y;
+    *v = f.high_y ? back_z : y;
+}
+
+/* The area of the face with this normal. */
+RTK_FN float rtk_box_area(rtk_vec3 lo, rtk_vec3 hi, rtk_vec3 ng)
+{
+    rtk_vec3 d = rtk_sub(hi, lo);
+    float area = d.x * d.y;
+    area = rtk_fabs(ng.y) > 0.5f ? d.x * d.z : area;
+    return rtk_fabs(ng.x) > 0.5f ? d.y * d.z : area;
+}
+
+RTK_COLD void rtk_box_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk_shape_point *out)
+{
+    rtk_vec3 lo = rtk_at(s->p), hi = rtk_at(s->p + 3), p = rtk_box_clamp(lo, hi, point);
+    rtk_box_face f = rtk_box_nearest(lo, hi, p);
+    out->p = rtk_box_onto(lo, hi, p, f);
+    out->ng = rtk_box_normal(f);
+    rtk_box_uv(lo, hi, p, f, &out->u, &out->v);
+    out->dpdu = rtk_v3(f.low_z ? -1.0f : 1.0f, 0.0f, 0.0f);
+    if (f.low_x | f.high_x)
+        out->dpdu = rtk_v3(0.0f, 0.0f, f.high_x ? -1.0f : 1.0f);
 }
 
 /* Unit vector from the axis to p (any one orthogonal to the axis for a point on it), and the part of a turn it stands at. */

@@ -108,8 +108,7 @@ RTK_FN float rtk_shape_uv_scale(RT_GLOBAL const rtk_shape *s, rtk_vec3 ng)
     if (s->type == RTK_SHAPE_SPHERE) {
         area = 4.0f * RTK_PI * p[3] * p[3];
     } else if (s->type == RTK_SHAPE_BOX) {
-        d = rtk_v3(p[3] - p[0], p[4] - p[1], p[5] - p[2]);
-        area = rtk_fabs(ng.x) > 0.5f ? d.y * d.z : (rtk_fabs(ng.y) > 0.5f ? d.x * d.z : d.x * d.y);
+        area = rtk_box_area(rtk_at(p), rtk_at(p + 3), ng);
     } else if (s->type == RTK_SHAPE_TORUS) {
         area = 4.0f * RTK_PI * RTK_PI * p[3] * p[7];
     } else {
@@ -187,21 +186,34 @@ RTK_FN rtk_vec3 rtk_xfm_size(rtk_xfm a, rtk_vec3 x, float translation)
                   rtk_fabs(a.m[8]) * s.x + rtk_fabs(a.m[9]) * s.y + rtk_fabs(a.m[10]) * s.z + translation * rtk_fabs(a.m[11]));
 }
 
-/* From the child's space to the world. The bound: the object bound mapped; the rounding of M p (4 u of |M| |p| + |m|); and the
- * rounding a ray from p suffers on its way into the object, 5 u (|W| |p| + |w|) there, mapped back. */
+/* A point from the child's space to the world; returns the bound there. The bound: the object bound mapped; the rounding of M p
+ * (4 u of |M| |p| + |m|); and the rounding a ray from p suffers on its way into the object, 5 u (|W| |p| + |w|) there, mapped
+ * back. */
+RTK_FN float rtk_place_point(rtk_xfm m, rtk_xfm w, float error, rtk_vec3 *p)
+{
+    rtk_vec3 e = rtk_xfm_size(m, rtk_v3(error, error, error), 0.0f), forth = rtk_xfm_size(m, *p, 1.0f), back;
+    *p = rtk_xfm_point(m, *p);
+    back = rtk_xfm_size(m, rtk_xfm_size(w, *p, 1.0f), 0.0f);
+    return rtk_len(e) + 4.7683716e-07f * (rtk_len(forth) + rtk_len(back));
+}
+
+/* Likewise uv_scale, with the child's normal. */
+RTK_FN float rtk_place_scale(rtk_xfm m, rtk_vec3 ng, float scale)
+{
+    rtk_vec3 x, y;
+    float area;
+    rtk_basis(ng, &x, &y);
+    area = rtk_len(rtk_cross3(rtk_xfm_dir(m, x), rtk_xfm_dir(m, y)));
+    return area > 0.0f ? scale / rtk_sqrt(area) : 0.0f;
+}
+
 RTK_FN void rtk_surface_place(RT_GLOBAL const rtk_instance *inst, rtk_xfm m, rtk_xfm w, rtk_surface *s)
 {
-    rtk_vec3 x, y, e = rtk_xfm_size(m, rtk_v3(s->error, s->error, s->error), 0.0f), forth = rtk_xfm_size(m, s->p, 1.0f), back;
-    float area;
-    rtk_basis(s->ng, &x, &y);
-    area = rtk_len(rtk_cross3(rtk_xfm_dir(m, x), rtk_xfm_dir(m, y)));
-    s->uv_scale = area > 0.0f ? s->uv_scale / rtk_sqrt(area) : 0.0f;
-    s->p = rtk_xfm_point(m, s->p);
-    back = rtk_xfm_size(m, rtk_xfm_size(w, s->p, 1.0f), 0.0f);
-    s->error = rtk_len(e) + 4.7683716e-07f * (rtk_len(forth) + rtk_len(back));
-    x = s->ng;
-    s->ng = rtk_unit(rtk_xfm_normal(w, s->ng));
-    s->ns = s->ns.x == x.x && s->ns.y == x.y && s->ns.z == x.z ? s->ng : rtk_unit(rtk_xfm_normal(w, s->ns));
+    rtk_vec3 ng = s->ng;
+    s->uv_scale = rtk_place_scale(m, ng, s->uv_scale);
+    s->error = rtk_place_point(m, w, s->error, &s->p);
+    s->ng = rtk_unit(rtk_xfm_normal(w, ng));
+    s->ns = s->ns.x == ng.x && s->ns.y == ng.y && s->ns.z == ng.z ? s->ng : rtk_unit(rtk_xfm_normal(w, s->ns));
     s->inst_user_id = inst->user_id;
 }
 

@@ -6,6 +6,7 @@
 #include "shade.h"
 
 #define KEYS (RTI_SURFACE_COUNT * RTI_LOOK_COUNT)
+_Static_assert(KEYS <= 256, "a key is a byte");
 
 static uint32_t look_of(const rtk_scene *scene, uint32_t material)
 {
@@ -21,17 +22,32 @@ static uint32_t surface_of(const rtk_group *g, const rtk_geom *geom, uint32_t pr
         return geom->off_normals | geom->off_colors | geom->off_uvs ? RTI_SURFACE_SMOOTH : RTI_SURFACE_MESH;
     if (geom->type == RTK_GEOM_PLANE)
         return RTI_SURFACE_PLANE;
-    return g->shapes[geom->first + prim].type == RTK_SHAPE_SPHERE ? RTI_SURFACE_SPHERE : RTI_SURFACE_OTHER;
+    switch (g->shapes[geom->first + prim].type) {
+    case RTK_SHAPE_SPHERE:
+        return RTI_SURFACE_SPHERE;
+    case RTK_SHAPE_BOX:
+        return RTI_SURFACE_BOX;
+    default:
+        return RTI_SURFACE_OTHER;
+    }
 }
 
-/* Bodies in instances are of the kind OTHER: all of them are told by the scalar function. */
+/* As what it stands in an instance. */
+static uint32_t placed_of(const rtk_instance *i, uint32_t surface)
+{
+    if (i->flags & RTK_INST_MOVING || surface < RTI_SURFACE_MESH || surface > RTI_SURFACE_BOX)
+        return RTI_SURFACE_OTHER;
+    return RTI_SURFACE_PLACED + surface - RTI_SURFACE_MESH;
+}
+
 static uint32_t key_of(const rtk_scene *scene, uint32_t geom_index, uint32_t prim, uint32_t inst, uint32_t *material)
 {
     const rtk_instance *i = inst != RTK_INVALID ? &scene->instances[inst] : NULL;
     const rtk_group *g = &scene->groups[i ? i->group : 0];
     const rtk_geom *geom = &g->geoms[geom_index];
+    const uint32_t surface = surface_of(g, geom, prim);
     *material = rtk_material_of(g, geom, prim, i);
-    return (i ? (uint32_t)RTI_SURFACE_OTHER : surface_of(g, geom, prim)) * RTI_LOOK_COUNT + look_of(scene, *material);
+    return (i ? placed_of(i, surface) : surface) * RTI_LOOK_COUNT + look_of(scene, *material);
 }
 
 /* What neighbours mostly share: the geometry that was hit last, and what is known of its hits. Shapes of one geometry are of one

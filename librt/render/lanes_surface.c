@@ -145,7 +145,7 @@ RTI_LANES_FN static void coordinates(const rtk_group *g, rti_sheaf *c, const flo
     }
 }
 
-/* ---- spheres, planes ---- */
+/* ---- spheres, boxes, planes ---- */
 
 RTI_LANES_FN static void spheres(const rtk_group *g, rti_sheaf *c)
 {
@@ -176,7 +176,7 @@ RTI_LANES_FN static void spheres(const rtk_group *g, rti_sheaf *c)
     }
 }
 
-static void sphere_tints(const rtk_group *g, rti_sheaf *c)
+static void shape_tints(const rtk_group *g, rti_sheaf *c)
 {
     RTI_EACH_LANE(k)
     {
@@ -198,6 +198,49 @@ static void sphere_coordinates(const rtk_group *g, rti_sheaf *c)
         rtk_vec3 ng = row3(c->gx, c->gy, c->gz, k);
         rtk_sphere_uv(ng, &c->tu[k], &c->tv[k]);
         c->uv_scale[k] = rtk_shape_uv_scale(s, ng);
+    }
+}
+
+RTI_LANES_FN static void boxes(const rtk_group *g, rti_sheaf *c)
+{
+    float box[8][RTK_BLOCK] RTI_ROW;
+    const float *from[RTK_BLOCK];
+    RTI_EACH_LANE(k)
+    from[k] = g->shapes[g->geoms[c->geom[k]].first + c->prim[k]].p;
+    rti_rows4(from, box);
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        from[k] += 4;
+    rti_rows4(from, box + 4);
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 lo = row3(box[0], box[1], box[2], k), hi = row3(box[3], box[4], box[5], k), p, n;
+        rtk_ray ray;
+        rtk_box_face f;
+        ray.org = row3(c->ox, c->oy, c->oz, k);
+        ray.dir = row3(c->dx, c->dy, c->dz, k);
+        p = rtk_box_clamp(lo, hi, rtk_ray_at(ray, c->t[k]));
+        f = rtk_box_nearest(lo, hi, p);
+        n = rtk_box_normal(f);
+        rtk_box_uv(lo, hi, p, f, &c->tu[k], &c->tv[k]);
+        c->uv_scale[k] = rtk_box_area(lo, hi, n); /* until it is asked for */
+        p = rtk_box_onto(lo, hi, p, f);
+        c->plain[k] = 1;
+        c->error[k] = rtk_shape_error(p, rtk_sub(hi, lo));
+        c->px[k] = p.x;
+        c->py[k] = p.y;
+        c->pz[k] = p.z;
+        c->gx[k] = n.x;
+        c->gy[k] = n.y;
+        c->gz[k] = n.z;
+    }
+}
+
+static void box_densities(rti_sheaf *c)
+{
+    RTI_EACH_LANE(k)
+    {
+        const float area = c->uv_scale[k], density = 1.0f / rtk_sqrt(area);
+        c->uv_scale[k] = area > 0.0f ? density : 0.0f;
     }
 }
 
@@ -315,36 +358,48 @@ RTI_LANES_FN static void face(rti_sheaf *c)
     }
 }
 
-void RTI_ISA_FN(rti_lanes_surface)(const rti_worker *w, rti_sheaf *c)
+/* Sixteen hits of a kind from MESH to PLANE in one group, in its space; ns == ng to the last bit without normals of vertices. */
+void RTI_ISA_FN(rti_lanes_body)(const rtk_group *g, uint32_t kind, rti_sheaf *c)
 {
-    const rtk_group *g = w->frame->scene->groups;
+    const bool textured = c->material_kind >= RTI_LOOK_TEXTURED;
     float area[RTK_BLOCK] RTI_ROW;
-    bool textured = c->material_kind >= RTI_LOOK_TEXTURED;
     no_tints(c);
-    if (c->surface_kind == RTI_SURFACE_MESH || c->surface_kind == RTI_SURFACE_SMOOTH) {
+    if (kind == RTI_SURFACE_MESH || kind == RTI_SURFACE_SMOOTH) {
         mesh(g, c, area);
-        if (c->surface_kind == RTI_SURFACE_SMOOTH) {
-            smooth_normals(g, c);
-            colors(g, c);
-        } else {
-            geometric_normals(c);
-        }
-        if (textured)
-            coordinates(g, c, area);
-    } else if (c->surface_kind == RTI_SURFACE_SPHERE) {
+    } else if (kind == RTI_SURFACE_SPHERE) {
         spheres(g, c);
-        geometric_normals(c);
-        sphere_tints(g, c);
+        shape_tints(g, c);
         if (textured)
             sphere_coordinates(g, c);
-    } else if (c->surface_kind == RTI_SURFACE_PLANE) {
-        planes(g, c);
-        geometric_normals(c);
+    } else if (kind == RTI_SURFACE_BOX) {
+        boxes(g, c);
+        shape_tints(g, c);
+        if (textured)
+            box_densities(c);
     } else {
-        memset(c->plain, 0, sizeof c->plain);
+        planes(g, c);
     }
-    if (textured && c->surface_kind != RTI_SURFACE_OTHER)
+    if (kind == RTI_SURFACE_SMOOTH) {
+        smooth_normals(g, c);
+        colors(g, c);
+    } else {
+        geometric_normals(c);
+    }
+    if (textured && (kind == RTI_SURFACE_MESH || kind == RTI_SURFACE_SMOOTH))
+        coordinates(g, c, area);
+    if (textured)
         place_coordinates(g, c);
+}
+
+void RTI_ISA_FN(rti_lanes_surface)(const rti_worker *w, rti_sheaf *c)
+{
+    const rtk_scene *scene = w->frame->scene;
+    if (c->surface_kind >= RTI_SURFACE_PLACED)
+        RTI_ISA_FN(rti_lanes_placed)(scene, c);
+    else if (c->surface_kind == RTI_SURFACE_OTHER)
+        memset(c->plain, 0, sizeof c->plain);
+    else
+        RTI_ISA_FN(rti_lanes_body)(scene->groups, c->surface_kind, c);
     tell(w, c);
     face(c);
 }

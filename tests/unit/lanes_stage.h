@@ -62,6 +62,7 @@ static void add_shapes(rt_scene *scene, const uint32_t materials[3])
     rt_spheres_desc balls = rt_spheres_desc_default();
     rt_plane_desc plane = rt_plane_desc_default();
     rt_box_desc box = rt_box_desc_default();
+    rt_cone_desc rod = rt_cone_desc_default();
     for (uint32_t m = 0; m < 3; m++) {
         for (int k = 0; k < 3 * N; k++) {
             centers[k] = kit_range(&seed, -5, 5);
@@ -77,10 +78,17 @@ static void add_shapes(rt_scene *scene, const uint32_t materials[3])
         plane.normal = (rt_vec3){kit_range(&seed, -0.1f, 0.1f), 1, kit_range(&seed, -0.1f, 0.1f)};
         plane.common.material.id = materials[m];
         kit_ok(rt_scene_context(scene), rt_scene_add_plane(scene, &plane, NULL));
-        box.low = (rt_vec3){kit_range(&seed, -4, 3), kit_range(&seed, -4, 3), kit_range(&seed, -4, 3)};
-        box.high = (rt_vec3){box.low.x + 0.8f, box.low.y + 0.5f, box.low.z + 0.7f};
         box.common.material.id = materials[m];
-        kit_ok(rt_scene_context(scene), rt_scene_add_box(scene, &box, NULL));
+        for (uint32_t i = 0; i < 5; i++) {
+            box.low = (rt_vec3){kit_range(&seed, -4, 3), kit_range(&seed, -4, 3), kit_range(&seed, -4, 3)};
+            box.high = (rt_vec3){box.low.x + 0.8f, box.low.y + 0.5f, box.low.z + 0.7f};
+            kit_ok(rt_scene_context(scene), rt_scene_add_box(scene, &box, NULL));
+        }
+        rod.from = box.high;
+        rod.to = (rt_vec3){kit_range(&seed, -4, 3), kit_range(&seed, -4, 3), kit_range(&seed, -4, 3)};
+        rod.radius0 = 0.3f;
+        rod.common.material.id = materials[m];
+        kit_ok(rt_scene_context(scene), rt_scene_add_cylinder(scene, &rod, NULL));
     }
 }
 
@@ -133,30 +141,47 @@ static void add_lights(rt_scene *scene)
     }
 }
 
+/* Placed in the scene: turned, stretched, mirrored, nearly flat, of other materials than their own. */
+static void add_instances(rt_scene *scene, const rt_scene *child, uint32_t first, const uint32_t materials[3])
+{
+    static const rt_vec3 sizes[] = {{1, 1, 1}, {1, 1, 1}, {0.7f, 1.3f, 1}, {-1, 1, 1}, {1, 5e-16f, 1}, {5e-16f, 1, 1}};
+    for (uint32_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        rt_instance_desc place = rt_instance_desc_default();
+        place.child = (rt_scene *)child;
+        place.transform = rt_transform_multiply(
+            rt_transform_translate((rt_vec3){0.5f, (float)i - 2 * (float)first, -0.7f}),
+            rt_transform_multiply(rt_transform_rotate((rt_vec3){1, 2, 3}, 40 * (float)(i + first + 1)), rt_transform_scale(sizes[i])));
+        if (i == 2 || i == 3)
+            place.material.id = materials[i - 1];
+        kit_ok(rt_scene_context(scene), rt_scene_add_instance(scene, &place, NULL));
+    }
+}
+
 static rt_scene *mixed_scene(rt_context *ctx)
 {
-    rt_scene *scene = kit_scene(ctx), *child = kit_scene(ctx);
+    rt_scene *scene = kit_scene(ctx), *children[2];
     uint32_t materials[3];
     seed = 5;
-    add_materials(child, materials);
-    add_mesh(child, 7, materials);
-    add_shapes(child, materials);
-    kit_ok(ctx, rt_scene_commit(child, NULL));
+    for (uint32_t i = 0; i < 2; i++) {
+        children[i] = kit_scene(ctx);
+        add_materials(children[i], materials);
+        add_mesh(children[i], i == 0 ? 7 : 0, materials);
+        if (i == 1)
+            add_mesh(children[i], 10, materials);
+        add_shapes(children[i], materials);
+        kit_ok(ctx, rt_scene_commit(children[i], NULL));
+    }
     add_materials(scene, materials);
     for (uint32_t kind = 0; kind < 16; kind++)
         add_mesh(scene, kind, materials);
     add_shapes(scene, materials);
     if (stage_lights)
         add_lights(scene);
-    for (int i = 0; i < 2; i++) {
-        rt_instance_desc place = rt_instance_desc_default();
-        place.child = child;
-        place.transform = rt_transform_multiply(rt_transform_translate((rt_vec3){0.5f, (float)i, -0.7f}),
-                                                rt_transform_rotate((rt_vec3){1, 2, 3}, 40));
-        kit_ok(ctx, rt_scene_add_instance(scene, &place, NULL));
-    }
+    for (uint32_t i = 0; i < 2; i++)
+        add_instances(scene, children[i], i, materials);
     kit_ok(ctx, rt_scene_commit(scene, NULL));
-    rt_scene_destroy(child);
+    rt_scene_destroy(children[0]);
+    rt_scene_destroy(children[1]);
     return scene;
 }
 
