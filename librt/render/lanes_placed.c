@@ -15,8 +15,8 @@ _Static_assert(offsetof(rtk_instance, to_object) == sizeof(rtk_xfm), "one behind
 
 static rtk_xfm map_of(const float (*rows)[RTK_BLOCK], uint32_t k)
 {
-    const rtk_xfm m = {{rows[0][k], rows[1][k], rows[2][k], rows[3][k], rows[4][k], rows[5][k], rows[6][k], rows[7][k], rows[8][k],
-                        rows[9][k], rows[10][k], rows[11][k]}};
+    const rtk_xfm m = {{rows[0][k], rows[1][k], rows[2][k], rows[3][k], rows[4][k], rows[5][k], rows[6][k], rows[7][k],
+                        rows[8][k], rows[9][k], rows[10][k], rows[11][k]}};
     return m;
 }
 

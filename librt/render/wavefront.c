@@ -60,7 +60,7 @@ static size_t place(rti_worker *w, const rti_frame *f, unsigned char *memory)
     w->slots = take(&l, f->slot_count, sizeof *w->slots);
     w->film = take(&l, (size_t)f->slot_count << f->slot_shift, RTK_FILM_CHANNELS * sizeof *w->film);
     place_rays(&l, &w->stack, f->stack_rays);
-    w->scratch.room = take(&l, 1, f->scene->instance_count != 0 ? RTI_TRACE_ROOM : RTI_TRACE_STREAMS);
+    w->scratch.room = take(&l, 1, f->scene->instance_count != 0 ? RTI_TRACE_ROOM : RTI_TRACE_PLAIN);
     return l.size;
 }
 

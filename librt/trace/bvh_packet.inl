@@ -298,6 +298,8 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
     }
 }
 
+#include "bvh_moved.inl"
+
 static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                               uint32_t count, rti_scratch *scratch);
 static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
@@ -314,7 +316,10 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
         return;
     }
     if (packet_plain(scene, scratch)) {
-        RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, 1);
+        if (moved_fits(scene, rays, count, scratch))
+            RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch, 1);
+        else
+            RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, 1);
         return;
     }
     if (placed_fits(scene, scratch, count)) {
@@ -338,7 +343,9 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
                            uint32_t count, rti_scratch *scratch)
 {
     const rtk_group *g = scene->groups; /* whose parts are of one builder */
-    if (count >= PACKET_FEW && packet_plain(scene, scratch) &&
+    if (count >= PACKET_FEW && packet_plain(scene, scratch) && moved_fits(scene, rays, count, scratch))
+        RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch, 0);
+    else if (count >= PACKET_FEW && packet_plain(scene, scratch) &&
         (g->shape_count != 0u || g->part_count == 0u || (scratch->room && stream_fits(g, g->parts))))
         RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, g->shape_count != 0u); /* bounces off a sphere go together */
     else if (placed_fits(scene, scratch, count))

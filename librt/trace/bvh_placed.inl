@@ -205,7 +205,7 @@ static void RTK_NAME(placed_own)(placed *a, rtk_u32 count)
 static void RTK_NAME(placed)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                              uint32_t count, rti_scratch *scratch, int coherent)
 {
-    placed *a = (placed *)(void *)((char *)scratch->room + RTI_TRACE_STREAMS);
+    placed *a = (placed *)(void *)((char *)scratch->room + RTI_TRACE_PLAIN);
     const float *times = scratch->times;
     a->scene = scene;
     a->scratch = scratch;

@@ -23,10 +23,13 @@ typedef struct rti_steps {
     uint32_t nodes, leaves, tests;
 } rti_steps;
 
-/* Bytes that a batch of rays may want to work in, the second part of them where there are instances. */
+/* Bytes that a batch of rays may want to work in: for streams, for rays that start far away, and the last part where there are
+ * instances. */
 #define RTI_TRACE_STREAMS ((size_t)5632 << 10)
+#define RTI_TRACE_MOVED   ((size_t)704 << 10)
 #define RTI_TRACE_PLACED  ((size_t)1664 << 10)
-#define RTI_TRACE_ROOM    (RTI_TRACE_STREAMS + RTI_TRACE_PLACED)
+#define RTI_TRACE_PLAIN   (RTI_TRACE_STREAMS + RTI_TRACE_MOVED)
+#define RTI_TRACE_ROOM    (RTI_TRACE_PLAIN + RTI_TRACE_PLACED)
 
 /* A ray as callers have it (rt_ray), where it stands, and their hit (rt_hit): who copied them word by word would wait until they
  * stand in memory to be read again. */
@@ -56,7 +59,7 @@ typedef struct rti_scratch {
     const float *times; /* [count]: of each ray, 0 to 1; NULL: all are at 0 */
     rti_trace_stats stats;
     rti_steps *steps;
-    /* RTI_TRACE_ROOM bytes, or of scenes without instances RTI_TRACE_STREAMS, 64-byte aligned, which a batch may write; NULL: rays
+    /* RTI_TRACE_ROOM bytes, or of scenes without instances RTI_TRACE_PLAIN, 64-byte aligned, which a batch may write; NULL: rays
      * that are not coherent go singly. */
     void *room;
     bool narrow; /* streams have room for few lists (bvh_stream.h) */

@@ -2,6 +2,7 @@
  * members of part and scene that hold its trees; RTI_STEPS_INL, the walk that counts what a ray costs. */
 #include "../kernel/kd.h"
 #include "bvh_packet_walk.h"
+#include "bvh_moved.h"
 #include "bvh_placed.h"
 #include "pencil_walk.h"
 #include "bvh_stream_walk.h"

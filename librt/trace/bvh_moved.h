@@ -1,0 +1,214 @@
+/* Batches of rays that start far away from a group, for hot files.
+ *
+ * Such rays' origins are moved (rtk_ray_approach), and t of a hit is the sum of the shift and of what the leaf test gives from
+ * there, rounded. Only the walk of one ray knows such sums. A batch of them is copied with its origins moved, and with ranges of
+ * exactly those t whose sums lie in the given ones; so any tracer of batches finds what there is in it, and the nearest from the
+ * new origin is the nearest of all. What that leaves open are others whose sums are equal to its own: they lie between it and the
+ * least t whose sum is greater, and any hit of the rays there is asked for, by the same means. Rays that have one, which are rare,
+ * go by themselves. */
+#ifndef RTI_BVH_MOVED_H
+#define RTI_BVH_MOVED_H
+
+#include "bvh_packet.h"
+#include "bvh_stream.h"
+
+#define MOVED          16384u /* rays at a time */
+#define MOVED_TOGETHER 4096u  /* coherent ones */
+#define MOVED_LOOKS    32u    /* rays of a batch that are looked at */
+
+typedef struct moved {
+    _Alignas(64) rtk_trace_block own[MOVED / RTK_BLOCK];
+    float shift[MOVED / RTK_BLOCK][RTK_BLOCK];
+    uint16_t tied[MOVED / RTK_BLOCK]; /* of any hits: all */
+    uint16_t lanes[MOVED / RTK_BLOCK], alone[MOVED / RTK_BLOCK]; /* whose origins were moved; that go by themselves */
+    rtk_group group;                                             /* the scene's own, without planes */
+} moved;
+
+_Static_assert(sizeof(moved) <= RTI_TRACE_MOVED, "they fit into a room");
+_Static_assert(MOVED % MOVED_TOGETHER == 0u && MOVED_TOGETHER % RTK_BLOCK == 0u, "whole blocks");
+
+/* Floats next to others. Of infinities, anything. */
+RTI_VEC float moved_above(float t)
+{
+    const rtk_u32 b = rtk_bits(t), up = t > 0.0f ? b + 1u : b - 1u;
+    return rtk_float(t == 0.0f ? 1u : up);
+}
+RTI_VEC float moved_below(float t)
+{
+    return -moved_above(-t);
+}
+
+/* The least t with shift + t, rounded, not below x; *sure is 0 where it was not found. The middle between x and the float below
+ * it, from the shift, is that but for what two roundings take away. */
+RTI_VEC float moved_least(float shift, float x, rtk_u32 *sure)
+{
+    const float half = 0.5f * (x - moved_below(x));
+    float t = moved_below((x - shift) - half);
+    for (rtk_u32 i = 0u; i < 3u; i++)
+        t = shift + t >= x ? t : moved_above(t);
+    *sure = (rtk_u32)((shift + t >= x) & !(shift + moved_below(t) >= x));
+    return t;
+}
+
+/* Is it worth it? Some rays tell. */
+RTI_VEC int moved_fits(const rtk_scene *scene, const rtk_trace_block *rays, rtk_u32 count, const rti_scratch *scratch)
+{
+    const rtk_group *g = scene->groups;
+    const rtk_u32 step = rtk_umax(RTK_BLOCK, count / MOVED_LOOKS / RTK_BLOCK * RTK_BLOCK);
+    rtk_u32 far = 0u, all = 0u;
+    if (!scratch->room || g->part_count != 1u || (g->shape_count == 0u && !stream_fits(g, g->parts)) ||
+        (g->shape_count != 0u && !(g->flags & RTK_GROUP_PLAIN)))
+        return 0;
+    const float edge = RTK_FAR * g->parts->scale;
+    for (rtk_u32 i = 0u; i < count; i += step, all++) {
+        const rtk_trace_block *b = &rays[i / RTK_BLOCK];
+        far += rtk_maxabs(rtk_v3(b->ox[0], b->oy[0], b->oz[0])) > edge;
+    }
+    return 4u * far > all;
+}
+
+/* rtk_ray_approach of the lanes `far`, which start far away: moves their origins. Returns those that it could not be done to. */
+RTI_VEC rtk_u32 moved_approach(const packet_rays *r, const rtk_part *part, rtk_u32 far, vec org[3], vec *shift)
+{
+    const vec edge = V(set)(RTK_FAR * part->scale), most = V(set)(3.402823466e38f), zero = V(set)(0.0f);
+    const float mid[3] = {0.5f * (part->lo.x + part->hi.x), 0.5f * (part->lo.y + part->hi.y), 0.5f * (part->lo.z + part->hi.z)};
+    const vec m = V(max)(V(max)(V(abs)(r->dir[0]), V(abs)(r->dir[1])), V(abs)(r->dir[2]));
+    const vec d[3] = {r->dir[0] / m, r->dir[1] / m, r->dir[2] / m};
+    const vec dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    rtk_u32 left = far;
+    *shift = zero;
+    for (rtk_u32 a = 0u; a < 3u; a++)
+        org[a] = r->org[a];
+    for (rtk_u32 k = 0u; k < 6u && left != 0u; k++) {
+        const vec f[3] = {V(set)(mid[0]) - org[0], V(set)(mid[1]) - org[1], V(set)(mid[2]) - org[2]};
+        const vec step = (f[0] * d[0] + f[1] * d[1] + f[2] * d[2]) / dd / m;
+        const vmask go = VM(of)(left);
+        for (rtk_u32 a = 0u; a < 3u; a++) { /* rtk_ff_along */
+            const wide_ff p = wide_two_prod(step, r->dir[a]), s = wide_two_sum(org[a], p.hi);
+            org[a] = V(select)(go, s.hi + (s.lo + p.lo), org[a]);
+        }
+        *shift = V(select)(go, *shift + step, *shift);
+        left &= ~VM(bits)(V(le)(V(max)(V(max)(V(abs)(org[0]), V(abs)(org[1])), V(abs)(org[2])), edge));
+    }
+    return left | (far & ~(VM(bits)(V(le)(V(abs)(org[0] + org[1] + org[2]), most)) & VM(bits)(V(le)(V(abs)(*shift), most))));
+}
+
+/* Of a block's `lanes`, moved by `shift`, the ranges; returns those whose were not found. The t above which sums are above tmin
+ * is the one below the least that has such a sum; of 0 it is -shift. */
+RTI_VEC rtk_u32 moved_ranges(rtk_trace_block *b, const float *shift, rtk_u32 lanes)
+{
+    rtk_u32 sure[RTK_BLOCK], odd = 0u, ends = 0u;
+    float low[RTK_BLOCK], high[RTK_BLOCK];
+    for (rtk_u32 k = 0u; k < RTK_BLOCK; k++) {
+        sure[k] = b->tmin[k] == 0.0f;
+        low[k] = -shift[k];
+        high[k] = b->tmax[k];
+        odd |= (rtk_u32)!sure[k];
+        ends |= (rtk_u32)(b->tmax[k] < RTK_INF);
+    }
+    for (rtk_u32 k = 0u; k < RTK_BLOCK && odd != 0u; k++) {
+        low[k] = moved_below(moved_least(shift[k], moved_above(b->tmin[k]), &sure[k]));
+        if (b->tmin[k] == -RTK_INF) {
+            low[k] = -RTK_INF;
+            sure[k] = 1u;
+        }
+    }
+    if (ends != 0u) {
+        for (rtk_u32 k = 0u; k < RTK_BLOCK; k++) {
+            rtk_u32 found;
+            const float least = moved_least(shift[k], b->tmax[k], &found);
+            const int end = b->tmax[k] < RTK_INF;
+            high[k] = end ? least : b->tmax[k];
+            sure[k] &= found | (rtk_u32)!end;
+        }
+    }
+    odd = 0u;
+    for (rtk_u32 k = 0u; k < RTK_BLOCK; k++) {
+        const int moves = (int)(lanes >> k & 1u);
+        b->tmin[k] = moves ? low[k] : b->tmin[k];
+        b->tmax[k] = moves ? high[k] : b->tmax[k];
+        odd |= (sure[k] ^ 1u) << k;
+    }
+    return odd & lanes;
+}
+
+/* A lane's ray, which hits nothing then. */
+RTI_VEC void moved_away(rtk_trace_block *b, rtk_u32 lanes)
+{
+    for (; lanes != 0u; lanes &= lanes - 1u) {
+        const rtk_u32 k = (rtk_u32)__builtin_ctz(lanes);
+        b->tmin[k] = 0.0f;
+        b->tmax[k] = -1.0f;
+    }
+}
+
+/* Block i of the copies, of whose rays n count. */
+RTI_VEC void moved_block(moved *a, rtk_u32 i, rtk_u32 n, const rtk_trace_block *rays, const rtk_part *part)
+{
+    rtk_trace_block *b = &a->own[i];
+    rtk_u32 lanes = 0u, none = 0u;
+    *b = *rays;
+    for (rtk_u32 at = 0u; at < RTK_BLOCK; at += RTI_SIMD) {
+        packet_rays r;
+        vec org[3], shift, t0, t1;
+        rtk_u32 far, gone;
+        packet_rays_load(&r, b, at);
+        packet_rays_enter(r.org, r.inv, r.tmin, r.tmax, r.valid, part, &t0, &t1, &far);
+        V(store)(a->shift[i] + at, V(set)(0.0f));
+        rtk_u32 from = 0u; /* all that start there */
+        for (rtk_u32 k = 0u; k < 3u; k++)
+            from |= VM(bits)(V(lt)(V(set)(RTK_FAR * part->scale), V(abs)(r.org[k])));
+        from &= r.valid;
+        none |= (from & ~far) << at; /* they pass it */
+        if (far == 0u)
+            continue;
+        gone = moved_approach(&r, part, far, org, &shift);
+        none |= gone << at;
+        lanes |= (far & ~gone) << at;
+        const vmask go = VM(of)(far & ~gone);
+        V(store)(b->ox + at, V(select)(go, org[0], r.org[0]));
+        V(store)(b->oy + at, V(select)(go, org[1], r.org[1]));
+        V(store)(b->oz + at, V(select)(go, org[2], r.org[2]));
+        V(store)(a->shift[i] + at, V(select)(go, shift, V(set)(0.0f)));
+    }
+    if (n < RTK_BLOCK) {
+        lanes &= (1u << n) - 1u;
+        none &= (1u << n) - 1u;
+    }
+    a->alone[i] = (uint16_t)(lanes != 0u ? moved_ranges(b, a->shift[i], lanes) : 0u);
+    a->lanes[i] = (uint16_t)(lanes & ~a->alone[i]);
+    moved_away(b, none | a->alone[i]);
+}
+
+/* What was found of block i, n of whose rays count, as the given rays have it; then the block asks for ties. Returns whether it
+ * does. */
+RTI_VEC int moved_found(moved *a, rtk_u32 i, rtk_u32 n, const rtk_trace_block *rays, rtk_hit_block *h)
+{
+    rtk_trace_block *b = &a->own[i];
+    rtk_u32 sure[RTK_BLOCK], hits = 0u, odd = 0u;
+    float low[RTK_BLOCK], high[RTK_BLOCK];
+    for (rtk_u32 k = 0u; k < n; k++) {
+        const int hit = h->prim[k] != RTK_INVALID;
+        hits |= (rtk_u32)hit << k;
+        h->t[k] = hit ? h->t[k] : rays->tmax[k];
+    }
+    hits &= a->lanes[i];
+    for (rtk_u32 k = 0u; k < RTK_BLOCK; k++) {
+        const float t = a->shift[i][k] + h->t[k];
+        low[k] = h->t[k];
+        high[k] = moved_least(a->shift[i][k], moved_above(t), &sure[k]);
+        h->t[k] = hits >> k & 1u ? t : h->t[k];
+    }
+    for (rtk_u32 k = 0u; k < RTK_BLOCK; k++)
+        odd |= (sure[k] ^ 1u) << k;
+    a->alone[i] |= (uint16_t)(odd & hits);
+    hits &= ~odd;
+    for (rtk_u32 k = 0u; k < RTK_BLOCK; k++) {
+        const int asks = (int)(hits >> k & 1u);
+        b->tmin[k] = asks ? low[k] : 0.0f;
+        b->tmax[k] = asks ? high[k] : -1.0f;
+    }
+    return hits != 0u;
+}
+
+#endif

@@ -1,0 +1,87 @@
+/* One mode of batches that start far away (bvh_moved.h). Included by bvh_packet.inl, whose functions it calls. */
+
+/* A given ray through the group's only part by itself. */
+RTI_APART void RTK_NAME(moved_alone)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                                     rtk_u32 i, const rti_scratch *scratch)
+{
+    const rtk_part *part = scene->groups->parts;
+    rtk_query q;
+    rtk_pray r;
+    int end = 0;
+    rti_lane_query(&q, scene, rays, i, scratch);
+    if (rtk_ray_valid(q.ray) && rtk_ray_prepare(q.ray, part->lo, part->hi, part->scale, &r))
+        end = RTK_NAME(group_walk)(&q, part->RTK_TREE, part->count, &r, 0.0f);
+    if (!(RTK_MODE & RTK_MODE_ANY))
+        rti_lane_keep(hits, i, q.best);
+    else if (end)
+        occluded[i / RTK_BLOCK] |= (uint16_t)(1u << i % RTK_BLOCK);
+}
+
+/* Copies go through the group. */
+static void RTK_NAME(moved_trace)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                                  rtk_u32 n, rti_scratch *scratch, int coherent)
+{
+    RTK_NAME(plain)(scene, rays, hits, occluded, n, scratch, coherent || scene->groups->shape_count != 0u);
+}
+
+/* The group's planes, as they meet the given rays; hits and occluded are of them. */
+static void RTK_NAME(moved_planes)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                                   rtk_u32 n, const rti_scratch *scratch)
+{
+    packet p;
+    p.mesh.first = p.mesh.count = 0u;
+    for (rtk_u32 at = 0u; at < n; at += PACKET) {
+        const rtk_u32 m = rtk_umin(n - at, PACKET);
+        const uint64_t valid = packet_load(&p, scene, rays, at, m, scratch);
+        packet_again(&p, RTK_MODE, m, hits, occluded);
+        packet_planes(&p, RTK_MODE, valid & ~p.done);
+        RTK_NAME(packet_out)(&p, m, hits, occluded, 1);
+    }
+}
+
+#if !(RTK_MODE & 1) /* any hit comes behind, and is asked for */
+static void JOIN(RTI_TRACER_NAME, plain, 1)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
+                                            uint16_t *occluded, uint32_t count, rti_scratch *scratch, int coherent);
+/* Which of n rays have another hit beside the best one. */
+static void RTK_NAME(moved_ties)(moved *a, const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, rtk_u32 n,
+                                 rti_scratch *scratch, int coherent)
+{
+    int some = 0;
+    for (rtk_u32 i = 0u; i < n; i += RTK_BLOCK)
+        some |= moved_found(a, i / RTK_BLOCK, rtk_umin(n - i, RTK_BLOCK), &rays[i / RTK_BLOCK], &hits[i / RTK_BLOCK]);
+    if (!some)
+        return;
+    JOIN(RTI_TRACER_NAME, plain, 1)(scene, a->own, NULL, a->tied, n, scratch, coherent || scene->groups->shape_count != 0u);
+    for (rtk_u32 i = 0u; i < n; i += RTK_BLOCK)
+        a->alone[i / RTK_BLOCK] |= a->tied[i / RTK_BLOCK];
+}
+#endif
+
+/* Rays of one group, of which many start far away. */
+static void RTK_NAME(moved)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                            uint32_t count, rti_scratch *scratch, int coherent)
+{
+    moved *a = (moved *)(void *)((char *)scratch->room + RTI_TRACE_STREAMS);
+    const rtk_u32 most = coherent ? MOVED_TOGETHER : MOVED;
+    rtk_scene bare = *scene;
+    a->group = *scene->groups;
+    a->group.plane_count = 0u;
+    bare.groups = &a->group;
+    for (uint32_t first = 0u; first < count; first += most) {
+        const rtk_u32 n = rtk_umin(count - first, most);
+        const rtk_trace_block *given = rays + first / RTK_BLOCK;
+        rtk_hit_block *h = hits ? hits + first / RTK_BLOCK : NULL;
+        uint16_t *any = occluded ? occluded + first / RTK_BLOCK : NULL;
+        for (rtk_u32 i = 0u; i < n; i += RTK_BLOCK)
+            moved_block(a, i / RTK_BLOCK, rtk_umin(n - i, RTK_BLOCK), &given[i / RTK_BLOCK], a->group.parts);
+        RTK_NAME(moved_trace)(&bare, a->own, h, any, n, scratch, coherent);
+#if !(RTK_MODE & 1)
+        RTK_NAME(moved_ties)(a, &bare, given, h, n, scratch, coherent);
+#endif
+        for (rtk_u32 i = 0u; i < n; i += RTK_BLOCK)
+            for (rtk_u32 l = a->alone[i / RTK_BLOCK]; l != 0u; l &= l - 1u)
+                RTK_NAME(moved_alone)(&bare, given, h, any, i + (rtk_u32)__builtin_ctz(l), scratch);
+        if (scene->groups->plane_count != 0u)
+            RTK_NAME(moved_planes)(scene, given, h, any, n, scratch);
+    }
+}
