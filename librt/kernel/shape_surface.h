@@ -100,7 +100,7 @@ RTK_FN void rtk_sphere_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk
     out->dpdu = n.x == 0.0f && n.z == 0.0f ? rtk_v3(1.0f, 0.0f, 0.0f) : rtk_unit(rtk_v3(n.z, 0.0f, -n.x));
 }
 
-/* ---- boxes, without a branch ---- */
+/* ---- boxes: without a branch, for lanes ---- */
 
 RTK_FN rtk_vec3 rtk_box_clamp(rtk_vec3 lo, rtk_vec3 hi, rtk_vec3 p)
 {
@@ -167,6 +167,7 @@ RTK_FN float rtk_box_area(rtk_vec3 lo, rtk_vec3 hi, rtk_vec3 ng)
     return rtk_fabs(ng.x) > 0.5f ? d.y * d.z : area;
 }
 
+/* Apart: inside rtk_query_shape it costs other bodies registers. */
 RTK_COLD void rtk_box_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk_shape_point *out)
 {
     rtk_vec3 lo = rtk_at(s->p), hi = rtk_at(s->p + 3), p = rtk_box_clamp(lo, hi, point);

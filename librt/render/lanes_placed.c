@@ -5,13 +5,15 @@
 #include "../base/simd.h"
 #include "../kernel/surface.h"
 #include "lanes.h"
+#include "lanes_rows.h"
 #include "lanes_table.h"
 
 /* The maps of the lanes' instances, row by row: to the world, and to the object. */
 typedef struct maps {
     float world[12][RTK_BLOCK] RTI_ROW, object[12][RTK_BLOCK] RTI_ROW;
 } maps;
-_Static_assert(offsetof(rtk_instance, to_object) == sizeof(rtk_xfm), "one behind the other");
+_Static_assert(offsetof(rtk_instance, to_world) == 0 && offsetof(rtk_instance, to_object) == sizeof(rtk_xfm),
+               "one behind the other");
 
 static rtk_xfm map_of(const float (*rows)[RTK_BLOCK], uint32_t k)
 {
@@ -24,7 +26,7 @@ static void load_maps(const rtk_scene *scene, const rti_sheaf *c, maps *m)
 {
     const float *from[RTK_BLOCK];
     for (uint32_t k = 0; k < RTK_BLOCK; k++)
-        from[k] = scene->instances[c->inst[k]].to_world.m;
+        from[k] = (const float *)(const void *)&scene->instances[c->inst[k]];
     for (uint32_t i = 0; i < 24; i += 4) {
         rti_rows4(from, i < 12 ? m->world + i : m->object + (i - 12));
         for (uint32_t k = 0; k < RTK_BLOCK; k++)
@@ -155,6 +157,9 @@ static void put_some(rti_sheaf *c, const uint32_t *some, const rti_sheaf *from)
     c->plain[k] = some[k] ? from->plain[k] : c->plain[k];
 }
 
+/* Lanes of one group that are worth all sixteen; fewer are told one by one. */
+#define PLACED_LANES 5
+
 void RTI_ISA_FN(rti_lanes_placed)(const rtk_scene *scene, rti_sheaf *c)
 {
     uint32_t group[RTK_BLOCK] RTI_ROW, left = (1u << RTK_BLOCK) - 1, differ = 0;
@@ -166,19 +171,22 @@ void RTI_ISA_FN(rti_lanes_placed)(const rtk_scene *scene, rti_sheaf *c)
         place(scene, c);
         return;
     }
+    memset(c->plain, 0, sizeof c->plain);
     while (left != 0) { /* group after group */
         const uint32_t first = (uint32_t)__builtin_ctz(left);
-        uint32_t some[RTK_BLOCK] RTI_ROW, lane[RTK_BLOCK] RTI_ROW;
-        rti_sheaf of_one = *c;
+        uint32_t some[RTK_BLOCK] RTI_ROW, lane[RTK_BLOCK] RTI_ROW, lanes;
         RTI_EACH_LANE(k)
         {
             some[k] = group[k] == group[first];
             lane[k] = some[k] ? k : first;
         }
-        stand_in(c, lane, &of_one);
-        place(scene, &of_one);
-        put_some(c, some, &of_one);
-        for (uint32_t k = 0; k < RTK_BLOCK; k++)
-            left &= ~(some[k] << k);
+        lanes = rti_lanes_of(some, RTK_BLOCK);
+        left &= ~lanes;
+        if (__builtin_popcount(lanes) >= PLACED_LANES) {
+            rti_sheaf of_one = *c;
+            stand_in(c, lane, &of_one);
+            place(scene, &of_one);
+            put_some(c, some, &of_one);
+        }
     }
 }

@@ -15,6 +15,7 @@
 #define MOVED          16384u /* rays at a time */
 #define MOVED_TOGETHER 4096u  /* coherent ones */
 #define MOVED_LOOKS    32u    /* rays of a batch that are looked at */
+#define MOVED_LEAST    64u    /* rays that are worth it */
 
 typedef struct moved {
     _Alignas(64) rtk_trace_block own[MOVED / RTK_BLOCK];
@@ -56,7 +57,7 @@ RTI_VEC int moved_fits(const rtk_scene *scene, const rtk_trace_block *rays, rtk_
     const rtk_group *g = scene->groups;
     const rtk_u32 step = rtk_umax(RTK_BLOCK, count / MOVED_LOOKS / RTK_BLOCK * RTK_BLOCK);
     rtk_u32 far = 0u, all = 0u;
-    if (!scratch->room || g->part_count != 1u || (g->shape_count == 0u && !stream_fits(g, g->parts)) ||
+    if (count < MOVED_LEAST || !scratch->room || g->part_count != 1u || (g->shape_count == 0u && !stream_fits(g, g->parts)) ||
         (g->shape_count != 0u && !(g->flags & RTK_GROUP_PLAIN)))
         return 0;
     const float edge = RTK_FAR * g->parts->scale;

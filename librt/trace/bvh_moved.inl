@@ -42,16 +42,17 @@ static void RTK_NAME(moved_planes)(const rtk_scene *scene, const rtk_trace_block
 #if !(RTK_MODE & 1) /* any hit comes behind, and is asked for */
 static void JOIN(RTI_TRACER_NAME, plain, 1)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
                                             uint16_t *occluded, uint32_t count, rti_scratch *scratch, int coherent);
-/* Which of n rays have another hit beside the best one. */
+/* Which of n rays have another hit beside the best one. Streams ask each ray for its own small range; what a pencil's rays have in
+ * common is large. */
 static void RTK_NAME(moved_ties)(moved *a, const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, rtk_u32 n,
-                                 rti_scratch *scratch, int coherent)
+                                 rti_scratch *scratch)
 {
     int some = 0;
     for (rtk_u32 i = 0u; i < n; i += RTK_BLOCK)
         some |= moved_found(a, i / RTK_BLOCK, rtk_umin(n - i, RTK_BLOCK), &rays[i / RTK_BLOCK], &hits[i / RTK_BLOCK]);
     if (!some)
         return;
-    JOIN(RTI_TRACER_NAME, plain, 1)(scene, a->own, NULL, a->tied, n, scratch, coherent || scene->groups->shape_count != 0u);
+    JOIN(RTI_TRACER_NAME, plain, 1)(scene, a->own, NULL, a->tied, n, scratch, scene->groups->shape_count != 0u);
     for (rtk_u32 i = 0u; i < n; i += RTK_BLOCK)
         a->alone[i / RTK_BLOCK] |= a->tied[i / RTK_BLOCK];
 }
@@ -76,7 +77,7 @@ static void RTK_NAME(moved)(const rtk_scene *scene, const rtk_trace_block *rays,
             moved_block(a, i / RTK_BLOCK, rtk_umin(n - i, RTK_BLOCK), &given[i / RTK_BLOCK], a->group.parts);
         RTK_NAME(moved_trace)(&bare, a->own, h, any, n, scratch, coherent);
 #if !(RTK_MODE & 1)
-        RTK_NAME(moved_ties)(a, &bare, given, h, n, scratch, coherent);
+        RTK_NAME(moved_ties)(a, &bare, given, h, n, scratch);
 #endif
         for (rtk_u32 i = 0u; i < n; i += RTK_BLOCK)
             for (rtk_u32 l = a->alone[i / RTK_BLOCK]; l != 0u; l &= l - 1u)

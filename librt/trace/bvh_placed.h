@@ -15,7 +15,7 @@
 #define PLACED       16384u /* rays at a time */
 #define PLACED_LEAST 256u   /* rays that are worth it: fewer touch no memory for it */
 #define PLACED_FEW   16u    /* rays that go through an instance singly */
-#define PLACED_NEAR  512u   /* coherent rays that go through one as coherent: fewer have hardly a leaf in common */
+#define PLACED_NEAR  2048u  /* coherent rays that go through one as coherent: fewer have hardly a leaf in common */
 #define PLACED_PIECE 256u   /* rays for whose lists there is no room: so many or fewer go on by themselves, more by halves */
 #define PLACED_LISTS (3u * PLACED)
 
