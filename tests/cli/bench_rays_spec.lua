@@ -86,6 +86,15 @@ describe("bench rays", function()
     end
   end)
 
+  it("keeps what it has measured when a later scene cannot be read", function()
+    local folder = support.folder()
+    local csv = folder .. "/x.csv"
+    local r = run(support.small(folder), folder .. "/gone.ply", "--sets", "primary", "-o", csv)
+    assert.equal(1, r.status, r.err)
+    assert.truthy(r.err:find("gone.ply cannot be read", 1, true), r.err)
+    assert.is_true(#rows_of(csv) >= 4)
+  end)
+
   it("defines its ray sets in its help", function()
     local text = rtray({ "bench", "rays", "--help" }).out:gsub("%s+", " ")
     for _, word in ipairs { "8 x 8 pixels", "splitmix64", "bytes_per_triangle", "--against NAME", "usage: rtray bench rays [SCENE...]" } do

@@ -119,8 +119,10 @@ int bench_rays_run(const bench_options *o, const bench_front *front)
         status = scene(&r, o->scenes[i]);
     if (status == BENCH_OK && (o->embree || o->inputs.count > 1))
         bench_table_ratios(stdout, o, r.rows.list, r.rows.count);
-    if (status == BENCH_OK && o->output)
-        status = write_csv(o, &r.rows);
+    if (o->output && (status == BENCH_OK || r.rows.count > 0)) { /* what was measured before a failure is not lost */
+        const int written = write_csv(o, &r.rows);
+        status = status == BENCH_OK ? written : status;
+    }
     for (uint32_t i = 0; i < r.rows.count && status == BENCH_OK; i++) {
         const bench_row *row = &r.rows.list[i];
         if (strcmp(row->entrant.program, "librt") == 0 && row->differ + row->brute_differ > 0)
