@@ -31,6 +31,7 @@
 
 #define RTK_TRI_LEAST 7.5231638e-37f /* 2^-120: |det| from which on what underflows in it is 2^-27 of it */
 #define RTK_TRI_MORE  1.073741824e9f /* 2^30 */
+#define RTK_TRI_PLANE 1.9073486e-06f /* 2^-19, of scale: how far from the sheared depth the plane's may be that stands for it */
 
 /* The three sheared vertices, relative to the origin, and what comes of them: depth along kz, weights of vertices 1 and 2. */
 typedef struct rtk_sheared {
@@ -97,7 +98,7 @@ RTK_COLD int rtk_tri_exact(const rtk_pray *r, RT_GLOBAL const rtk_tri *tri, rtk_
     s->b = rtk_ff_quotient(v, det);
     s->c = rtk_ff_quotient(w, det);
     z = rtk_tri_plane_depth(r, tri);
-    if (rtk_fabs(z - s->z) <= 1.9073486e-06f * r->scale)
+    if (rtk_fabs(z - s->z) <= RTK_TRI_PLANE * r->scale)
         s->z = z;
     return 1;
 }
@@ -107,7 +108,7 @@ RTK_COLD int rtk_tri_exact(const rtk_pray *r, RT_GLOBAL const rtk_tri *tri, rtk_
 RTK_FN int rtk_tri_intersect(const rtk_pray *r, RT_GLOBAL const rtk_tri *tri, float *t, float *u, float *v)
 {
     rtk_sheared s;
-    float uu, vv, ww, lo, hi, det, inv, mx, my, q, db, dc, d, e, th;
+    float uu, vv, ww, lo, hi, det, inv, mx, my, q, db, dc, d, e, off, th;
     s.az = tri->v0[r->kz] - r->korg.z;
     s.bz = tri->v1[r->kz] - r->korg.z;
     s.cz = tri->v2[r->kz] - r->korg.z;
@@ -142,10 +143,12 @@ RTK_FN int rtk_tri_intersect(const rtk_pray *r, RT_GLOBAL const rtk_tri *tri, fl
     e = 10.0f * e + (7.0f * e + 4.0f * d) * q;
     if (uu == 0.0f || vv == 0.0f || ww == 0.0f || !(rtk_fabs(det) >= RTK_TRI_LEAST) ||
         !(e <= rtk_min(32.0f * r->scale, 64.0f * rtk_fabs(s.z)) && (mx + my) * (10.0f * q + 12.0f) <= 128.0f * r->scale)) {
-        /* Beyond doubt out of reach: above all the triangle that a spawned ray starts beside. */
+        /* Beyond doubt out of reach, whatever the exact depth is: above all the triangle that a spawned ray starts beside. That
+         * one stands before tmin = 0, where the plane's share of the doubt is left out: it would let none go. */
         th = r->tshift + s.z / r->kdz;
         e = 1.2e-7f * e / rtk_fabs(r->kdz);
-        if (rtk_fabs(det) >= RTK_TRI_LEAST && (th + e < r->tmin || th - e > r->tmax))
+        off = e + (RTK_TRI_PLANE * r->scale / rtk_fabs(r->kdz) + 2.4e-7f * (rtk_fabs(th) + rtk_fabs(r->tshift)));
+        if (rtk_fabs(det) >= RTK_TRI_LEAST && (th + (r->tmin == 0.0f ? e : off) < r->tmin || th - off > r->tmax))
             return 0;
         if (!rtk_tri_exact(r, tri, &s))
             return 0;

@@ -113,7 +113,7 @@ RTI_VEC rtk_u32 TEST(const RAY *r, const VEC *dx, const VEC *dy, const VEC v0[3]
 #undef OUT
     }
     const VEC b = F(load)(to[B_LOW]), c = F(load)(to[C_LOW]), z = F(load)(to[Z_LOW]), p = F(load)(to[P_LOW]), plane = p * r->kdz;
-    const VEC close = F(set)(1.9073486e-06f) * r->scale; /* as rtk_tri_exact has it */
+    const VEC close = F(set)(RTK_TRI_PLANE) * r->scale; /* as rtk_tri_exact has it */
     const rtk_u32 at_low = M(bits)(F(le)(F(abs)(plane - z), close));
     const rtk_u32 at_high = M(bits)(F(le)(F(abs)(plane - F(load)(to[Z_HIGH])), close));
     const rtk_u32 by_plane = at_low & at_high, by_z = ~(at_low | at_high) & M(bits)(F(eq)(z, F(load)(to[Z_HIGH])));

@@ -131,7 +131,7 @@ RTI_VEC void tri_wide(const tri_ray *r, const vec *dx, const vec *dy, const vec 
     depth = wide_add(wide_scale(det, az), depth);
     z = wide_quotient(depth, det);
     plane = wide_plane_depth(r, *dx, *dy, v0, v1, v2);
-    z = V(select)(V(le)(V(abs)(plane - z), V(set)(1.9073486e-06f) * r->scale), plane, z);
+    z = V(select)(V(le)(V(abs)(plane - z), V(set)(RTK_TRI_PLANE) * r->scale), plane, z);
     t = r->tshift + z / r->kdz;
     good = lanes & VM(bits)(V(lt)(zero, V(abs)(det.hi))) & VM(bits)(V(lt)(r->tmin, t)) & VM(bits)(V(lt)(t, r->tmax));
     const vec b = V(min)(wide_quotient(v, det), one), c = V(min)(wide_quotient(w, det), one);

@@ -81,7 +81,9 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
     if (doubt) {
         VEC slope = F(abs)(r->kdz), off;
         e = F(set)(1.2e-7f) * e / slope;
-        doubt &= ~M(bits)(M(and)(told, M(or)(F(lt)(th + e, r->tmin), F(lt)(r->tmax, th - e))));
+        off = e + (F(set)(RTK_TRI_PLANE) * r->scale / slope + F(set)(2.4e-7f) * (F(abs)(th) + F(abs)(r->tshift)));
+        const VEC low = F(select)(F(eq)(r->tmin, zero), e, off);
+        doubt &= ~M(bits)(M(and)(told, M(or)(F(lt)(th + low, r->tmin), F(lt)(r->tmax, th - off))));
         off = e + (F(set)(SETTLE_OFF) * r->scale / slope + F(set)(CERTAIN_OFF_T) * (F(abs)(th) + F(abs)(r->tshift)));
         off = off + F(set)(CERTAIN_OFF_LEAST);
         good = M(and)(F(le)(q, F(set)(CERTAIN_Q)), F(le)(F(set)(CERTAIN_DET), size));

@@ -1,4 +1,5 @@
 /* The triangle test against long double: every accepted hit's point within RTK_DELTA * scale of the triangle, and no leaks. */
+#include <math.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -460,6 +461,48 @@ static void odd_rays_miss(void **state)
     assert_false(prepare(rtk_v3(0, 3e8f, -1e8f), rtk_v3(0, 0, 1), 0, 1e30f, lo, hi, &r));
 }
 
+/* A hit stays what it is in any range that holds it: thin triangles, edges, rays in planes, from near and far. Ranges that begin
+ * at 0 are left out, where the test is a little quicker to let go. */
+static void ranges_do_not_move_hits(void **state)
+{
+    const rtk_vec3 lo = {-2, -2, -2}, hi = {2, 2, 2};
+    rng r = {7};
+    uint32_t hits = 0;
+    (void)state;
+    for (uint32_t i = 0; i < 300000; i++) {
+        const float size = powf(10.0f, -6.0f * rng_unit(&r)), thin = i % 5 ? powf(10.0f, -8.0f * rng_unit(&r)) : 1.0f;
+        const rtk_vec3 a = rng_vec(&r, 1.0f), e = rng_vec(&r, size), f = rng_vec(&r, size * thin);
+        const float along = 0.2f + 0.6f * rng_unit(&r), u = i % 3 ? rng_unit(&r) : 0.0f,
+                    v = i % 4 ? (1 - u) * rng_unit(&r) : 0.0f;
+        const float far = i % 2 ? 3.0f * rng_unit(&r) : powf(10.0f, 0.5f + 5.5f * rng_unit(&r));
+        const rtk_vec3 b = rtk_add(a, e), c = rtk_add(rtk_madd(a, along, e), f);
+        const rtk_vec3 p = rtk_madd(rtk_madd(a, u, rtk_sub(b, a)), v, rtk_sub(c, a));
+        rtk_vec3 d = rng_dir(&r);
+        rtk_tri tri = {{a.x, a.y, a.z}, {b.x, b.y, b.z}, {c.x, c.y, c.z}, 0, 0, 0};
+        rtk_pray wide;
+        float t, x, y, low, high;
+        if (i % 7 == 0) /* nearly along an edge */
+            d = rtk_unit(rtk_madd(rtk_unit(e), powf(10.0f, -6.0f * rng_unit(&r)), d));
+        if (!prepare(rtk_madd(p, -far, d), d, -RTK_INF, RTK_INF, lo, hi, &wide) || !rtk_tri_intersect(&wide, &tri, &t, &x, &y))
+            continue;
+        hits++;
+        low = high = t;
+        for (uint32_t k = 0; k < 6; k++) {
+            rtk_pray narrow = wide;
+            float again;
+            low = k < 3 ? nextafterf(low, -RTK_INF) : t - rtk_fabs(t) * powf(10.0f, -3.0f - 4.0f * rng_unit(&r));
+            high = k < 3 ? nextafterf(high, RTK_INF) : t + rtk_fabs(t) * powf(10.0f, -3.0f - 4.0f * rng_unit(&r));
+            narrow.tmin = low;
+            narrow.tmax = high;
+            if (low == 0.0f || !(low < t && t < high))
+                continue;
+            assert_true(rtk_tri_intersect(&narrow, &tri, &again, &x, &y));
+            assert_true(again == t);
+        }
+    }
+    assert_true(hits > 50000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -467,6 +510,7 @@ int main(void)
         cmocka_unit_test(far_origins_stay_on_the_ray), cmocka_unit_test(t_is_good_near_a_floor),
         cmocka_unit_test(closed_meshes_do_not_leak),   cmocka_unit_test(shared_edges_belong_to_someone),
         cmocka_unit_test(odd_triangles_miss),          cmocka_unit_test(odd_rays_miss),
+        cmocka_unit_test(ranges_do_not_move_hits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
