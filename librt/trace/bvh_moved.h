@@ -16,6 +16,7 @@
 #define MOVED_TOGETHER 4096u  /* coherent ones */
 #define MOVED_LOOKS    32u    /* rays of a batch that are looked at */
 #define MOVED_LEAST    64u    /* rays that are worth it */
+#define MOVED_SHIFT    1.0e30f /* greatest: sums do not leave the floats' range */
 
 typedef struct moved {
     _Alignas(64) rtk_trace_block own[MOVED / RTK_BLOCK];
@@ -25,7 +26,13 @@ typedef struct moved {
     rtk_group group;                                             /* the scene's own, without planes */
 } moved;
 
-_Static_assert(sizeof(moved) <= RTI_TRACE_MOVED, "they fit into a room");
+/* Likewise through the top level, and what is found of them. */
+typedef struct moved_top {
+    moved moved;
+    rtk_hit_block found[MOVED / RTK_BLOCK];
+} moved_top;
+
+_Static_assert(sizeof(moved) <= RTI_TRACE_MOVED && sizeof(moved_top) <= RTI_TRACE_TOP, "they fit into a room");
 _Static_assert(MOVED % MOVED_TOGETHER == 0u && MOVED_TOGETHER % RTK_BLOCK == 0u, "whole blocks");
 
 /* Floats next to others. Of infinities, anything. */
@@ -51,21 +58,28 @@ RTI_VEC float moved_least(float shift, float x, rtk_u32 *sure)
     return t;
 }
 
-/* Is it worth it? Some rays tell. */
+/* Is it worth it for what has this scale? Some rays tell. */
+RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, float scale)
+{
+    const rtk_u32 step = rtk_umax(RTK_BLOCK, count / MOVED_LOOKS / RTK_BLOCK * RTK_BLOCK);
+    rtk_u32 far = 0u, all = 0u;
+    if (count < MOVED_LEAST)
+        return 0;
+    for (rtk_u32 i = 0u; i < count; i += step, all++) {
+        const rtk_trace_block *b = &rays[i / RTK_BLOCK];
+        far += rtk_maxabs(rtk_v3(b->ox[0], b->oy[0], b->oz[0])) > RTK_FAR * scale;
+    }
+    return 4u * far > all;
+}
+
+/* Do rays through one group go this way? */
 RTI_VEC int moved_fits(const rtk_scene *scene, const rtk_trace_block *rays, rtk_u32 count, const rti_scratch *scratch)
 {
     const rtk_group *g = scene->groups;
-    const rtk_u32 step = rtk_umax(RTK_BLOCK, count / MOVED_LOOKS / RTK_BLOCK * RTK_BLOCK);
-    rtk_u32 far = 0u, all = 0u;
-    if (count < MOVED_LEAST || !scratch->room || g->part_count != 1u || (g->shape_count == 0u && !stream_fits(g, g->parts)) ||
+    if (!scratch->room || g->part_count != 1u || (g->shape_count == 0u && !stream_fits(g, g->parts)) ||
         (g->shape_count != 0u && !(g->flags & RTK_GROUP_PLAIN)))
         return 0;
-    const float edge = RTK_FAR * g->parts->scale;
-    for (rtk_u32 i = 0u; i < count; i += step, all++) {
-        const rtk_trace_block *b = &rays[i / RTK_BLOCK];
-        far += rtk_maxabs(rtk_v3(b->ox[0], b->oy[0], b->oz[0])) > edge;
-    }
-    return 4u * far > all;
+    return moved_many(rays, count, g->parts->scale);
 }
 
 /* rtk_ray_approach of the lanes `far`, which start far away: moves their origins. Returns those that it could not be done to. */
@@ -147,7 +161,7 @@ RTI_VEC void moved_away(rtk_trace_block *b, rtk_u32 lanes)
 RTI_VEC void moved_block(moved *a, rtk_u32 i, rtk_u32 n, const rtk_trace_block *rays, const rtk_part *part)
 {
     rtk_trace_block *b = &a->own[i];
-    rtk_u32 lanes = 0u, none = 0u;
+    rtk_u32 lanes = 0u, none = 0u, wide = 0u;
     *b = *rays;
     for (rtk_u32 at = 0u; at < RTK_BLOCK; at += RTI_SIMD) {
         packet_rays r;
@@ -165,8 +179,10 @@ RTI_VEC void moved_block(moved *a, rtk_u32 i, rtk_u32 n, const rtk_trace_block *
             continue;
         gone = moved_approach(&r, part, far, org, &shift);
         none |= gone << at;
-        lanes |= (far & ~gone) << at;
-        const vmask go = VM(of)(far & ~gone);
+        far &= ~gone;
+        wide |= (far & VM(bits)(V(lt)(V(set)(MOVED_SHIFT), V(abs)(shift)))) << at;
+        lanes |= far << at;
+        const vmask go = VM(of)(far);
         V(store)(b->ox + at, V(select)(go, org[0], r.org[0]));
         V(store)(b->oy + at, V(select)(go, org[1], r.org[1]));
         V(store)(b->oz + at, V(select)(go, org[2], r.org[2]));
@@ -176,7 +192,7 @@ RTI_VEC void moved_block(moved *a, rtk_u32 i, rtk_u32 n, const rtk_trace_block *
         lanes &= (1u << n) - 1u;
         none &= (1u << n) - 1u;
     }
-    a->alone[i] = (uint16_t)(lanes != 0u ? moved_ranges(b, a->shift[i], lanes) : 0u);
+    a->alone[i] = (uint16_t)(lanes != 0u ? moved_ranges(b, a->shift[i], lanes) | (wide & lanes) : 0u);
     a->lanes[i] = (uint16_t)(lanes & ~a->alone[i]);
     moved_away(b, none | a->alone[i]);
 }

@@ -201,6 +201,73 @@ static void RTK_NAME(placed_own)(placed *a, rtk_u32 count)
     }
 }
 
+/* All rays into the instances. */
+static void RTK_NAME(placed_all)(placed *a, rtk_u32 count)
+{
+    const rtk_u32 size = RTK_NAME(placed_ready)(a, count);
+    if (size != 0u)
+        RTK_NAME(placed_top)(a, size);
+}
+
+#if !(RTK_MODE & 1)
+static void JOIN(RTI_TRACER_NAME, placed_all, 1)(placed *a, rtk_u32 count);
+/* What was found of rays that start far away from the top level, as the given rays have it; those that have another hit of the same
+ * t are to go alone. */
+static void RTK_NAME(placed_ties)(placed *a, moved_top *m, const rtk_trace_block *given, rtk_u32 count)
+{
+    int some = 0;
+    for (rtk_u32 i = 0u; i < count; i += RTK_BLOCK)
+        some |= moved_found(&m->moved, i / RTK_BLOCK, rtk_umin(count - i, RTK_BLOCK), &given[i / RTK_BLOCK],
+                            &m->found[i / RTK_BLOCK]);
+    if (!some)
+        return;
+    memset(m->moved.tied, 0, sizeof m->moved.tied);
+    a->occluded = m->moved.tied;
+    JOIN(RTI_TRACER_NAME, placed_all, 1)(a, count);
+    for (rtk_u32 i = 0u; i < count; i += RTK_BLOCK)
+        m->moved.alone[i / RTK_BLOCK] |= m->moved.tied[i / RTK_BLOCK];
+}
+#endif
+
+/* Rays of which many start far away from the top level, into the instances: as bvh_moved.inl has it of a group. */
+static void RTK_NAME(placed_moved)(placed *a, rtk_u32 count)
+{
+    moved_top *m = (moved_top *)(void *)((char *)a->scratch->room + RTI_TRACE_PLAIN + RTI_TRACE_PLACED);
+    const rtk_part top = {.lo = a->scene->top_lo, .hi = a->scene->top_hi, .scale = a->scene->top_scale};
+    const rtk_trace_block *given = a->rays;
+    rtk_hit_block *hits = a->hits;
+    uint16_t *occluded = a->occluded, *any = m->moved.tied;
+    for (rtk_u32 i = 0u; i < count; i += RTK_BLOCK) {
+        const rtk_u32 b = i / RTK_BLOCK;
+        moved_block(&m->moved, b, rtk_umin(count - i, RTK_BLOCK), &given[b], &top);
+        if (!(RTK_MODE & RTK_MODE_ANY)) {
+            pencil_none(&m->moved.own[b], &m->found[b], RTK_BLOCK);
+            continue;
+        }
+        moved_away(&m->moved.own[b], occluded[b]);
+        m->moved.alone[b] &= (uint16_t)~occluded[b];
+        any[b] = 0u;
+    }
+    a->rays = m->moved.own;
+    a->hits = m->found;
+    a->occluded = any;
+    RTK_NAME(placed_all)(a, count);
+#if !(RTK_MODE & 1)
+    RTK_NAME(placed_ties)(a, m, given, count);
+#endif
+    a->rays = given;
+    a->hits = hits;
+    a->occluded = occluded;
+    for (rtk_u32 b = 0u; RTK_MODE & RTK_MODE_ANY && b < (count + RTK_BLOCK - 1u) / RTK_BLOCK; b++)
+        occluded[b] |= any[b];
+    for (rtk_u32 i = 0u; i < count; i++) {
+        if (m->moved.alone[i / RTK_BLOCK] >> i % RTK_BLOCK & 1u)
+            RTK_NAME(placed_alone)(a, i);
+        else if (!(RTK_MODE & RTK_MODE_ANY))
+            placed_take(a, i, rti_lane_best(m->found, i));
+    }
+}
+
 /* Batches where there are instances. */
 static void RTK_NAME(placed)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                              uint32_t count, rti_scratch *scratch, int coherent)
@@ -212,15 +279,15 @@ static void RTK_NAME(placed)(const rtk_scene *scene, const rtk_trace_block *rays
     a->coherent = coherent;
     for (uint32_t first = 0u; first < count; first += PLACED) {
         const uint32_t n = rtk_umin(count - first, PLACED);
-        rtk_u32 size;
         a->rays = rays + first / RTK_BLOCK;
         a->hits = hits ? hits + first / RTK_BLOCK : NULL;
         a->occluded = occluded ? occluded + first / RTK_BLOCK : NULL;
         scratch->times = times ? times + first : NULL;
         RTK_NAME(placed_own)(a, n);
-        size = RTK_NAME(placed_ready)(a, n);
-        if (size != 0u)
-            RTK_NAME(placed_top)(a, size);
+        if (scene->top_lo.x <= scene->top_hi.x && moved_many(a->rays, n, scene->top_scale))
+            RTK_NAME(placed_moved)(a, n);
+        else
+            RTK_NAME(placed_all)(a, n);
         if (!(RTK_MODE & RTK_MODE_ANY) && !scratch->bare)
             RTK_NAME(placed_finish)(a, n);
     }

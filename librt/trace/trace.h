@@ -23,13 +23,14 @@ typedef struct rti_steps {
     uint32_t nodes, leaves, tests;
 } rti_steps;
 
-/* Bytes that a batch of rays may want to work in: for streams, for rays that start far away, and the last part where there are
- * instances. */
+/* Bytes that a batch of rays may want to work in: for streams, for rays that start far away, and the last two parts where there
+ * are instances. */
 #define RTI_TRACE_STREAMS ((size_t)5632 << 10)
 #define RTI_TRACE_MOVED   ((size_t)704 << 10)
 #define RTI_TRACE_PLACED  ((size_t)1664 << 10)
+#define RTI_TRACE_TOP     ((size_t)1088 << 10)
 #define RTI_TRACE_PLAIN   (RTI_TRACE_STREAMS + RTI_TRACE_MOVED)
-#define RTI_TRACE_ROOM    (RTI_TRACE_PLAIN + RTI_TRACE_PLACED)
+#define RTI_TRACE_ROOM    (RTI_TRACE_PLAIN + RTI_TRACE_PLACED + RTI_TRACE_TOP)
 
 /* A ray as callers have it (rt_ray), where it stands, and their hit (rt_hit): who copied them word by word would wait until they
  * stand in memory to be read again. */
