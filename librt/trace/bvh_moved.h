@@ -13,7 +13,6 @@
 #include "bvh_stream.h"
 
 #define MOVED          16384u /* rays at a time */
-#define MOVED_TOGETHER 4096u  /* coherent ones */
 #define MOVED_LOOKS    32u    /* rays of a batch that are looked at */
 #define MOVED_LEAST    64u    /* rays that are worth it */
 #define MOVED_SHIFT    1.0e30f /* greatest: sums do not leave the floats' range */
@@ -33,7 +32,7 @@ typedef struct moved_top {
 } moved_top;
 
 _Static_assert(sizeof(moved) <= RTI_TRACE_MOVED && sizeof(moved_top) <= RTI_TRACE_TOP, "they fit into a room");
-_Static_assert(MOVED % MOVED_TOGETHER == 0u && MOVED_TOGETHER % RTK_BLOCK == 0u, "whole blocks");
+_Static_assert(MOVED % RTK_BLOCK == 0u, "whole blocks");
 
 /* Floats next to others. Of infinities, anything. */
 RTI_VEC float moved_above(float t)
@@ -58,8 +57,8 @@ RTI_VEC float moved_least(float shift, float x, rtk_u32 *sure)
     return t;
 }
 
-/* Is it worth it for what has this scale? Some rays tell. */
-RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, float scale)
+/* Are there many rays that start far away from a part and do not pass it for certain? Some tell. */
+RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, rtk_vec3 lo, rtk_vec3 hi, float scale)
 {
     const rtk_u32 step = rtk_umax(RTK_BLOCK, count / MOVED_LOOKS / RTK_BLOCK * RTK_BLOCK);
     rtk_u32 far = 0u, all = 0u;
@@ -67,7 +66,12 @@ RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, float scale)
         return 0;
     for (rtk_u32 i = 0u; i < count; i += step, all++) {
         const rtk_trace_block *b = &rays[i / RTK_BLOCK];
-        far += rtk_maxabs(rtk_v3(b->ox[0], b->oy[0], b->oz[0])) > RTK_FAR * scale;
+        rtk_ray r;
+        r.org = rtk_v3(b->ox[0], b->oy[0], b->oz[0]);
+        r.dir = rtk_v3(b->dx[0], b->dy[0], b->dz[0]);
+        r.tmin = b->tmin[0];
+        far += rtk_maxabs(r.org) > RTK_FAR * scale &&
+               !rtk_ray_passes(r, rtk_v3(rtk_inverse(r.dir.x), rtk_inverse(r.dir.y), rtk_inverse(r.dir.z)), lo, hi, scale);
     }
     return 4u * far > all;
 }
@@ -79,7 +83,7 @@ RTI_VEC int moved_fits(const rtk_scene *scene, const rtk_trace_block *rays, rtk_
     if (!scratch->room || g->part_count != 1u || (g->shape_count == 0u && !stream_fits(g, g->parts)) ||
         (g->shape_count != 0u && !(g->flags & RTK_GROUP_PLAIN)))
         return 0;
-    return moved_many(rays, count, g->parts->scale);
+    return moved_many(rays, count, g->parts->lo, g->parts->hi, g->parts->scale);
 }
 
 /* rtk_ray_approach of the lanes `far`, which start far away: moves their origins. Returns those that it could not be done to. */

@@ -17,13 +17,6 @@ RTI_APART void RTK_NAME(moved_alone)(const rtk_scene *scene, const rtk_trace_blo
         occluded[i / RTK_BLOCK] |= (uint16_t)(1u << i % RTK_BLOCK);
 }
 
-/* Copies go through the group. */
-static void RTK_NAME(moved_trace)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
-                                  rtk_u32 n, rti_scratch *scratch, int coherent)
-{
-    RTK_NAME(plain)(scene, rays, hits, occluded, n, scratch, coherent || scene->groups->shape_count != 0u);
-}
-
 /* The group's planes, as they meet the given rays; hits and occluded are of them. */
 static void RTK_NAME(moved_planes)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                                    rtk_u32 n, const rti_scratch *scratch)
@@ -58,24 +51,25 @@ static void RTK_NAME(moved_ties)(moved *a, const rtk_scene *scene, const rtk_tra
 }
 #endif
 
-/* Rays of one group, of which many start far away. */
+/* Rays of one group, of which many start far away. As streams, coherent or not: what is known of the point that a pencil's lines
+ * pass through is rounded from where they start, and packets have a large box of origins in common. */
 static void RTK_NAME(moved)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
-                            uint32_t count, rti_scratch *scratch, int coherent)
+                            uint32_t count, rti_scratch *scratch)
 {
     moved *a = (moved *)(void *)((char *)scratch->room + RTI_TRACE_STREAMS);
-    const rtk_u32 most = coherent ? MOVED_TOGETHER : MOVED;
+    const int together = scene->groups->shape_count != 0u; /* there streams do not go */
     rtk_scene bare = *scene;
     a->group = *scene->groups;
     a->group.plane_count = 0u;
     bare.groups = &a->group;
-    for (uint32_t first = 0u; first < count; first += most) {
-        const rtk_u32 n = rtk_umin(count - first, most);
+    for (uint32_t first = 0u; first < count; first += MOVED) {
+        const rtk_u32 n = rtk_umin(count - first, MOVED);
         const rtk_trace_block *given = rays + first / RTK_BLOCK;
         rtk_hit_block *h = hits ? hits + first / RTK_BLOCK : NULL;
         uint16_t *any = occluded ? occluded + first / RTK_BLOCK : NULL;
         for (rtk_u32 i = 0u; i < n; i += RTK_BLOCK)
             moved_block(a, i / RTK_BLOCK, rtk_umin(n - i, RTK_BLOCK), &given[i / RTK_BLOCK], a->group.parts);
-        RTK_NAME(moved_trace)(&bare, a->own, h, any, n, scratch, coherent);
+        RTK_NAME(plain)(&bare, a->own, h, any, n, scratch, together);
 #if !(RTK_MODE & 1)
         RTK_NAME(moved_ties)(a, &bare, given, h, n, scratch);
 #endif

@@ -317,7 +317,7 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
     }
     if (packet_plain(scene, scratch)) {
         if (moved_fits(scene, rays, count, scratch))
-            RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch, 1);
+            RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch);
         else
             RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, 1);
         return;
@@ -344,7 +344,7 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
 {
     const rtk_group *g = scene->groups; /* whose parts are of one builder */
     if (count >= PACKET_FEW && packet_plain(scene, scratch) && moved_fits(scene, rays, count, scratch))
-        RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch, 0);
+        RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch);
     else if (count >= PACKET_FEW && packet_plain(scene, scratch) &&
         (g->shape_count != 0u || g->part_count == 0u || (scratch->room && stream_fits(g, g->parts))))
         RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, g->shape_count != 0u); /* bounces off a sphere go together */

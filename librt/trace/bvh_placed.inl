@@ -284,7 +284,7 @@ static void RTK_NAME(placed)(const rtk_scene *scene, const rtk_trace_block *rays
         a->occluded = occluded ? occluded + first / RTK_BLOCK : NULL;
         scratch->times = times ? times + first : NULL;
         RTK_NAME(placed_own)(a, n);
-        if (scene->top_lo.x <= scene->top_hi.x && moved_many(a->rays, n, scene->top_scale))
+        if (scene->top_lo.x <= scene->top_hi.x && moved_many(a->rays, n, scene->top_lo, scene->top_hi, scene->top_scale))
             RTK_NAME(placed_moved)(a, n);
         else
             RTK_NAME(placed_all)(a, n);

@@ -1,5 +1,5 @@
 -- A mesh as itself, placed once, or placed often, for `rtray bench-rays`: what instances cost.
---   rtray bench-rays tests/bench/instance_scene.lua -D mesh=MESH -D count=N --trust everything
+--   rtray bench-rays tests/bench/instance_scene.lua -D mesh=MESH -D count=N --trust [--eye X,Y,Z --at X,Y,Z --fov D]
 --   count = 0: the mesh itself; 1: one instance; more: a square of them, turned and raised at random
 local rt = require "rt"
 local p = rt.params {
