@@ -12,10 +12,10 @@
 #include "bvh_packet.h"
 #include "bvh_stream.h"
 
-#define MOVED          16384u /* rays at a time */
-#define MOVED_LOOKS    32u    /* rays of a batch that are looked at */
-#define MOVED_LEAST    64u    /* rays that are worth it */
-#define MOVED_SHIFT    1.0e30f /* greatest: sums do not leave the floats' range */
+#define MOVED          16384u  /* rays at a time */
+#define MOVED_LOOKS    32u     /* rays of a batch that are looked at */
+#define MOVED_LEAST    64u     /* rays that are worth it */
+#define MOVED_SHIFT    1.0e30f /* the greatest shift: sums stay in the floats' range */
 
 typedef struct moved {
     _Alignas(64) rtk_trace_block own[MOVED / RTK_BLOCK];

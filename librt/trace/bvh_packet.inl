@@ -343,10 +343,10 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
                            uint32_t count, rti_scratch *scratch)
 {
     const rtk_group *g = scene->groups; /* whose parts are of one builder */
-    if (count >= PACKET_FEW && packet_plain(scene, scratch) && moved_fits(scene, rays, count, scratch))
+    const int plain = count >= PACKET_FEW && packet_plain(scene, scratch);
+    if (plain && g->shape_count == 0u && moved_fits(scene, rays, count, scratch))
         RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch);
-    else if (count >= PACKET_FEW && packet_plain(scene, scratch) &&
-        (g->shape_count != 0u || g->part_count == 0u || (scratch->room && stream_fits(g, g->parts))))
+    else if (plain && (g->shape_count != 0u || g->part_count == 0u || (scratch->room && stream_fits(g, g->parts))))
         RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, g->shape_count != 0u); /* bounces off a sphere go together */
     else if (placed_fits(scene, scratch, count))
         RTK_NAME(placed)(scene, rays, hits, occluded, count, scratch, 0);

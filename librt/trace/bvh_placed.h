@@ -10,7 +10,7 @@
 #ifndef RTI_BVH_PLACED_H
 #define RTI_BVH_PLACED_H
 
-#include "bvh_packet.h"
+#include "bvh_moved.h"
 
 #define PLACED       16384u /* rays at a time */
 #define PLACED_LEAST 256u   /* rays that are worth it: fewer touch no memory for it */
@@ -159,18 +159,11 @@ RTI_VEC int placed_node(placed *a, rtk_u32 mode, const rtk_bvhnode *nodes, const
     return 1;
 }
 
-/* The float above t. */
-RTI_VEC float placed_above(float t)
-{
-    const rtk_u32 b = rtk_bits(t);
-    return t == 0.0f ? rtk_float(1u) : rtk_float(t > 0.0f ? b + 1u : b - 1u);
-}
-
 /* Where ray i ends: at its best hit, or just behind. */
 RTI_VEC float placed_end(const placed *a, rtk_u32 mode, rtk_u32 i, float tmax)
 {
     const rtk_hit_block *h = mode & RTK_MODE_ANY ? NULL : &a->hits[i / RTK_BLOCK];
-    return h && h->prim[i % RTK_BLOCK] != RTK_INVALID ? placed_above(h->t[i % RTK_BLOCK]) : tmax;
+    return h && h->prim[i % RTK_BLOCK] != RTK_INVALID ? moved_above(h->t[i % RTK_BLOCK]) : tmax;
 }
 
 /* Rays of the lanes of a block into an instance's space: rtk_instance_ray. times: of each ray, where it moves (NULL: all are at
