@@ -80,8 +80,8 @@ RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, rtk_vec3 lo, 
 RTI_VEC int moved_fits(const rtk_scene *scene, const rtk_trace_block *rays, rtk_u32 count, const rti_scratch *scratch)
 {
     const rtk_group *g = scene->groups;
-    if (!scratch->room || g->part_count != 1u || (g->shape_count == 0u && !stream_fits(g, g->parts)) ||
-        (g->shape_count != 0u && !(g->flags & RTK_GROUP_PLAIN)))
+    if (!scratch->room || g->part_count != 1u || !(g->flags & RTK_GROUP_PLAIN) ||
+        (g->shape_count == 0u && !stream_fits(g, g->parts)))
         return 0;
     return moved_many(rays, count, g->parts->lo, g->parts->hi, g->parts->scale);
 }
@@ -151,7 +151,7 @@ RTI_VEC rtk_u32 moved_ranges(rtk_trace_block *b, const float *shift, rtk_u32 lan
     return odd & lanes;
 }
 
-/* A lane's ray, which hits nothing then. */
+/* These lanes hit nothing then. */
 RTI_VEC void moved_away(rtk_trace_block *b, rtk_u32 lanes)
 {
     for (; lanes != 0u; lanes &= lanes - 1u) {
@@ -161,29 +161,23 @@ RTI_VEC void moved_away(rtk_trace_block *b, rtk_u32 lanes)
     }
 }
 
-/* Block i of the copies, of whose rays n count. */
+/* Block i of the copies, of whose rays n count. Those that pass for certain, or whose origins cannot be moved, stay: they miss
+ * whoever is asked. */
 RTI_VEC void moved_block(moved *a, rtk_u32 i, rtk_u32 n, const rtk_trace_block *rays, const rtk_part *part)
 {
     rtk_trace_block *b = &a->own[i];
-    rtk_u32 lanes = 0u, none = 0u, wide = 0u;
+    rtk_u32 lanes = 0u, wide = 0u;
     *b = *rays;
     for (rtk_u32 at = 0u; at < RTK_BLOCK; at += RTI_SIMD) {
         packet_rays r;
         vec org[3], shift, t0, t1;
-        rtk_u32 far, gone;
+        rtk_u32 far;
         packet_rays_load(&r, b, at);
         packet_rays_enter(r.org, r.inv, r.tmin, r.tmax, r.valid, part, &t0, &t1, &far);
         V(store)(a->shift[i] + at, V(set)(0.0f));
-        rtk_u32 from = 0u; /* all that start there */
-        for (rtk_u32 k = 0u; k < 3u; k++)
-            from |= VM(bits)(V(lt)(V(set)(RTK_FAR * part->scale), V(abs)(r.org[k])));
-        from &= r.valid;
-        none |= (from & ~far) << at; /* they pass it */
         if (far == 0u)
             continue;
-        gone = moved_approach(&r, part, far, org, &shift);
-        none |= gone << at;
-        far &= ~gone;
+        far &= ~moved_approach(&r, part, far, org, &shift);
         wide |= (far & VM(bits)(V(lt)(V(set)(MOVED_SHIFT), V(abs)(shift)))) << at;
         lanes |= far << at;
         const vmask go = VM(of)(far);
@@ -192,13 +186,11 @@ RTI_VEC void moved_block(moved *a, rtk_u32 i, rtk_u32 n, const rtk_trace_block *
         V(store)(b->oz + at, V(select)(go, org[2], r.org[2]));
         V(store)(a->shift[i] + at, V(select)(go, shift, V(set)(0.0f)));
     }
-    if (n < RTK_BLOCK) {
+    if (n < RTK_BLOCK)
         lanes &= (1u << n) - 1u;
-        none &= (1u << n) - 1u;
-    }
     a->alone[i] = (uint16_t)(lanes != 0u ? moved_ranges(b, a->shift[i], lanes) | (wide & lanes) : 0u);
     a->lanes[i] = (uint16_t)(lanes & ~a->alone[i]);
-    moved_away(b, none | a->alone[i]);
+    moved_away(b, a->alone[i]);
 }
 
 /* What was found of block i, n of whose rays count, as the given rays have it; then the block asks for ties. Returns whether it
