@@ -52,8 +52,29 @@ static void loaded_bounds(const rt_scene *scene, float lo[3], float hi[3])
     }
 }
 
+/* Bounds of placed scenes: thousands of places have few of them. */
+typedef struct child_bounds {
+    const rt_scene *child;
+    float lo[3], hi[3];
+} child_bounds;
+enum { CHILDREN = 16 };
+
+static const child_bounds *bounds_of_child(child_bounds known[CHILDREN], const rt_scene *child)
+{
+    child_bounds *b = &known[(uintptr_t)child / _Alignof(max_align_t) % CHILDREN];
+    if (b->child == child)
+        return b;
+    *b = (child_bounds){child, {INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    if (child->loaded)
+        loaded_bounds(child, b->lo, b->hi);
+    else
+        own_bounds(child, b->lo, b->hi);
+    return b;
+}
+
 static void scene_bounds(const rt_scene *scene, float lo[3], float hi[3])
 {
+    child_bounds known[CHILDREN] = {{0}};
     for (int k = 0; k < 3; k++) {
         lo[k] = INFINITY;
         hi[k] = -INFINITY;
@@ -64,23 +85,20 @@ static void scene_bounds(const rt_scene *scene, float lo[3], float hi[3])
         own_bounds(scene, lo, hi);
     for (size_t i = 0; i < scene->instances.count; i++) {
         const rti_inst *inst = RTI_AT(scene->instances, rti_inst, i);
-        float clo[3] = {INFINITY, INFINITY, INFINITY}, chi[3] = {-INFINITY, -INFINITY, -INFINITY}, wlo[3], whi[3];
+        float wlo[3], whi[3];
         if (!inst->child)
             continue;
-        if (inst->child->loaded)
-            loaded_bounds(inst->child, clo, chi);
-        else
-            own_bounds(inst->child, clo, chi);
-        if (!(clo[0] <= chi[0]))
+        const child_bounds *c = bounds_of_child(known, inst->child);
+        if (!(c->lo[0] <= c->hi[0]))
             continue;
-        rti_xfm_bounds(&inst->to_world, clo, chi, wlo, whi);
+        rti_xfm_bounds(&inst->to_world, c->lo, c->hi, wlo, whi);
         include(lo, hi, wlo);
         include(lo, hi, whi);
         for (uint32_t k = 0; k < inst->motion_count; k++) { /* from place to place */
             rtk_xfm keys[2] = {k == 0 ? inst->to_world : inst->motion[k - 1], inst->motion[k]};
             rtk_motion segment;
             rti_motion_make(keys, 1, &segment);
-            rti_motion_bounds(&segment, 1, clo, chi, wlo, whi);
+            rti_motion_bounds(&segment, 1, c->lo, c->hi, wlo, whi);
             include(lo, hi, wlo);
             include(lo, hi, whi);
         }

@@ -18,12 +18,13 @@
 #include "packet.h"
 
 /* A ray on its way, and its best hit: where late is not RTK_INVALID, that of the triangle at this place; else `best`. far: no hit
- * is looked for behind this. Of a hit that was put aside, t is less than that: its least. */
+ * is looked for behind this. Of a hit that was put aside, t is less than that: its least. Where the origin was moved, all of
+ * these are sums with the shift, as the leaf test gives them (kernel/ray.h); t0 and t1, of boxes, are not. */
 typedef struct lone {
     /* For leaves. */
     _Alignas(16) float org[4]; /* in the order of axes x, y, z of the leaf test; and tmin */
     float dir[4];              /* likewise; and tmax */
-    float sx, sy, scale;
+    float sx, sy, scale, shift;
     float far, t, u, v;
     rtk_u32 late;
     _Alignas(16) rtk_u32 row[4]; /* of a block's vertices: the byte at which the axes' rows begin */
@@ -33,16 +34,17 @@ typedef struct lone {
         _Alignas(4 * NODE_N) float t[NODE_N], u[NODE_N], v[NODE_N], off[NODE_N];
         rtk_u32 certain;
     } met;
-    /* For nodes: as prepared, no origin is moved here. */
+    /* For nodes: as prepared. */
     _Alignas(16) float inv[4], start[4];
-    float t0;
+    float t0, t1;
     rtk_u32 back; /* bits of the axes along which the ray goes down */
     /* For what is rare, and the end. */
-    const rtk_part *part; /* of the scene's own group; NULL: q and r are given */
+    const rtk_part *part; /* NULL: q and r are given */
     const rtk_scene *scene;
-    const rti_ray *ray; /* of a part: whom the leaf test itself is asked for is made of it when it is needed */
+    const rti_ray *ray; /* of a part, in the group's space: whom the leaf test itself is asked for is made of it when needed */
     rtk_query *q;
     const rtk_pray *r;
+    float time;   /* of a ray through the top level */
     rtk_u32 inst; /* of hits here */
     _Alignas(16) rtk_hit best;
     rtk_u32 behind[2];
@@ -77,6 +79,8 @@ RTI_APART int lone_ask_plain(lone *l, rtk_u32 mode, rtk_u32 ref)
         q = &own;
         r = &prepared;
         rtk_query_init(q, l->scene, ray);
+        q->group = l->group;
+        q->inst = l->inst;
         if (!rtk_ray_prepare(ray, part->lo, part->hi, part->scale, &prepared))
             return 0; /* never: lone_part asks the same */
     }
@@ -132,7 +136,7 @@ RTI_VEC void lone_settle(lone *l)
     const rtk_u32 ref = l->tree->refs[place];
     l->late = RTK_INVALID;
     if (l->t < l->far) { /* put aside; nothing is in front of it */
-        if (!lone_decide(l, place)) {
+        if (l->shift != 0.0f || !lone_decide(l, place)) {
             lone_ask_plain(l, 0u, ref);
             return;
         }
@@ -191,7 +195,7 @@ RTI_APART int lone_doubt(lone *l, rtk_u32 mode, rtk_u32 place, rtk_u32 certain, 
     float within[2] = {t - off, t + off};
     int sure = 1;
     if (!certain) {
-        const rti_tri_pair pair = {l->org[0], l->org[1], l->org[2], l->sx, l->sy, l->dir[2], 0.0f, l->scale, l->org[3], end};
+        const rti_tri_pair pair = {l->org[0], l->org[1], l->org[2], l->sx, l->sy, l->dir[2], l->shift, l->scale, l->org[3], end};
         float c0[3], c1[3], c2[3];
         lone_corners(l, place, c0, c1, c2);
         sure = rti_tri_settle(&pair, c0, c1, c2, within);
@@ -234,7 +238,7 @@ RTI_VEC int lone_step(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
     const rtk_u32 begin = at % 4u, left = begin + count;
     const bvh_pairs_ray ray = {NODE(set)(l->org[0]), NODE(set)(l->org[1]), NODE(set)(l->org[2]), NODE(set)(l->sx),
                                NODE(set)(l->sy),     NODE(set)(l->dir[2]), NODE(set)(l->org[3]), NODE(set)(l->dir[3]),
-                               NODE(set)(0.0f),      NODE(set)(l->scale)};
+                               NODE(set)(l->shift),  NODE(set)(l->scale)};
     const char *b = (const char *)&l->tree->blocks[at / 4u];
     const char *x = b + l->row[0], *y = b + l->row[1], *z = b + l->row[2];
     const rtk_u32 want = ((1u << left) - 1u) & ~0u << begin;

@@ -73,13 +73,18 @@ LONE_LEAF(lone_leaf_any, lone_leaf_any_many, RTK_MODE_ANY)
 #undef LONE_LEAF
 
 /* References that stand in no blocks. */
-RTI_APART int lone_refs(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
-{
-    for (rtk_u32 k = 0u; k < count; k++)
-        if (lone_ask(l, mode, l->tree->refs[at + k]))
-            return 1;
-    return 0;
-}
+typedef int lone_refs(lone *l, rtk_u32 at, rtk_u32 count);
+#define LONE_REFS(name, mode)                                                                                                    \
+    RTI_APART int name(lone *l, rtk_u32 at, rtk_u32 count)                                                                       \
+    {                                                                                                                            \
+        for (rtk_u32 k = 0u; k < count; k++)                                                                                     \
+            if (lone_ask(l, mode, l->tree->refs[at + k]))                                                                        \
+                return 1;                                                                                                        \
+        return 0;                                                                                                                \
+    }
+LONE_REFS(lone_refs_closest, 0u)
+LONE_REFS(lone_refs_any, RTK_MODE_ANY)
+#undef LONE_REFS
 
 /* Bytes at which rows of a node's boxes begin, the ones by which a ray comes in first, by the bits of the axes along which it
  * goes down. */
@@ -111,7 +116,7 @@ typedef struct lone_sight {
     size_t in[3], out[3];
     bvh_vec inv[3], start[3], t0, far;
 } lone_sight;
-RTI_VEC lone_sight lone_sight_of(const lone *l)
+RTI_VEC lone_sight lone_sight_of(const lone *l, float end)
 {
     const lone_rows *rows = &lone_sides[l->back];
     return (lone_sight){(const char *)l->tree->bvh,
@@ -120,7 +125,15 @@ RTI_VEC lone_sight lone_sight_of(const lone *l)
                         {NODE(set)(l->inv[0]), NODE(set)(l->inv[1]), NODE(set)(l->inv[2])},
                         {NODE(set)(l->start[0]), NODE(set)(l->start[1]), NODE(set)(l->start[2])},
                         NODE(set)(l->t0),
-                        NODE(set)(l->far)};
+                        NODE(set)(end)};
+}
+/* Behind this no box is entered. Of sums, what three roundings can be off is added (bvh_reach). */
+RTI_VEC float lone_end(const lone *l, int moved)
+{
+    const float far = l->far;
+    if (!moved)
+        return far;
+    return rtk_min((far - l->shift) + 9.5367432e-07f * (rtk_fabs(far) + rtk_fabs(l->shift)), l->t1);
 }
 RTI_VEC const rtk_bvhnode *lone_node(const lone_sight *v, rtk_u32 at)
 {
@@ -165,8 +178,8 @@ RTI_VEC rtk_u32 *lone_wait(rtk_u32 *top, rtk_u32 bits, const rtk_bvhnode *n)
     return top;
 }
 
-/* The way to the closest hit. */
-RTI_VEC int lone_closest(lone *l, int large)
+/* The way to the closest hit. refs: who is asked of leaves that stand in no blocks. */
+RTI_VEC int lone_closest(lone *l, int large, int moved, lone_refs refs)
 {
     lone_stack s;
     lone_word *top = s.words + 1;
@@ -175,8 +188,8 @@ RTI_VEC int lone_closest(lone *l, int large)
     s.words[LONE_STACK].n = 0u;
     s.words[2 * LONE_STACK].n = 0u;
     for (;;) { /* once a leaf */
-        const lone_sight v = lone_sight_of(l);
-        const float end = l->far;
+        const float end = lone_end(l, moved);
+        const lone_sight v = lone_sight_of(l, end);
         do {
             do {
                 if (top == s.words) {
@@ -199,18 +212,18 @@ RTI_VEC int lone_closest(lone *l, int large)
                 count = n->count[i];
             }
         } while (count == 0u);
-        if (at >= 4u * l->tree->block_count ? lone_refs(l, 0u, at, count) : lone_leaf_closest(l, at, count))
+        if (at >= 4u * l->tree->block_count ? refs(l, at, count) : lone_leaf_closest(l, at, count))
             return 1;
     }
 }
 
 /* The way to any hit, which asks for no order but that of slots (accel/bvh_order.c): what waits are pairs of a child
  * and a count. */
-RTI_VEC int lone_any(lone *l, int large)
+RTI_VEC int lone_any(lone *l, int large, int moved, lone_refs refs)
 {
     rtk_u32 stack[2u * LONE_STACK], *top = stack, at = 0u, count = 0u;
     for (;;) { /* once a leaf */
-        const lone_sight v = lone_sight_of(l);
+        const lone_sight v = lone_sight_of(l, lone_end(l, moved));
         while (count == 0u) {
             float t[RTK_BVH_WIDTH];
             const rtk_bvhnode *const n = lone_node(&v, at);
@@ -234,7 +247,7 @@ RTI_VEC int lone_any(lone *l, int large)
             at = n->child[i];
             count = n->count[i];
         }
-        if (at >= 4u * l->tree->block_count ? lone_refs(l, RTK_MODE_ANY, at, count) : lone_leaf_any(l, at, count))
+        if (at >= 4u * l->tree->block_count ? refs(l, at, count) : lone_leaf_any(l, at, count))
             return 1;
         if (top == stack)
             return 0;
@@ -244,20 +257,24 @@ RTI_VEC int lone_any(lone *l, int large)
     }
 }
 
-#define LONE_WALK(name, walk, large)                                                                                             \
-    RTI_APART int name(lone *l)                                                                                                  \
+#define LONE_WALK(name, kind, large, moved)                                                                                      \
+    RTI_APART int lone_walk_##name(lone *l)                                                                                      \
     {                                                                                                                            \
-        return walk(l, large);                                                                                                   \
+        return lone_##kind(l, large, moved, lone_refs_##kind);                                                                   \
     }
-LONE_WALK(lone_walk_closest, lone_closest, 0)
-LONE_WALK(lone_walk_closest_large, lone_closest, 1)
-LONE_WALK(lone_walk_any, lone_any, 0)
-LONE_WALK(lone_walk_any_large, lone_any, 1)
+LONE_WALK(closest, closest, 0, 0)
+LONE_WALK(closest_large, closest, 1, 0)
+LONE_WALK(closest_moved, closest, bvh_large(l->tree), 1)
+LONE_WALK(any, any, 0, 0)
+LONE_WALK(any_large, any, 1, 0)
+LONE_WALK(any_moved, any, bvh_large(l->tree), 1)
 #undef LONE_WALK
 
 /* The walk, from *l on. Returns 1 when any hit was asked for, and there is one. */
 RTI_VEC int lone_walk(lone *l, rtk_u32 mode)
 {
+    if (l->shift != 0.0f)
+        return mode & RTK_MODE_ANY ? lone_walk_any_moved(l) : lone_walk_closest_moved(l);
     if (bvh_large(l->tree))
         return mode & RTK_MODE_ANY ? lone_walk_any_large(l) : lone_walk_closest_large(l);
     return mode & RTK_MODE_ANY ? lone_walk_any(l) : lone_walk_closest(l);
@@ -302,107 +319,13 @@ RTI_VEC int lone_group(rtk_query *q, rtk_u32 mode, const rtk_tree *tree, const r
     l.inst = q->inst;
     l.best = q->best;
     l.t = q->best.t;
-    l.far = rtk_min(r->t1, l.t);
     l.t0 = r->t0;
-    *end = l.t0 <= l.far && lone_walk(&l, mode);
+    l.t1 = r->t1;
+    l.shift = r->tshift;
+    l.far = l.shift != 0.0f ? rtk_min(r->tmax, l.t) : rtk_min(r->t1, l.t);
+    *end = l.t0 <= lone_end(&l, l.shift != 0.0f) && lone_walk(&l, mode);
     q->best = l.best;
     return 1;
-}
-
-/* ---- a ray and nothing but the scene's own triangles ---- */
-
-RTI_VEC int lone_fits(const rtk_scene *scene)
-{
-    const rtk_group *g = scene->groups;
-    return scene->instance_count == 0u && g->plane_count == 0u && g->shape_count == 0u && (g->flags & RTK_GROUP_PLAIN);
-}
-
-/* A ray as it comes: of four lanes three count. */
-typedef struct lone_given {
-    rti_f4 org, inv;
-} lone_given;
-
-/* Order of axes by which components of |dir| are greater than others: x than y, x than z, y than z, a bit each (rtk_ray_prepare);
- * and where a block's rows of them begin. */
-typedef struct lone_order {
-    int32_t axes[4];
-    rtk_u32 row[4];
-} lone_order;
-#define ORDER(x, y, z)                                                                                                           \
-    {                                                                                                                            \
-        {x, y, z, 3},                                                                                                            \
-        {                                                                                                                        \
-            (x) * sizeof(float[RTK_BVH_BLOCK]), (y) * sizeof(float[RTK_BVH_BLOCK]), (z) * sizeof(float[RTK_BVH_BLOCK]), 0u       \
-        }                                                                                                                        \
-    }
-#define X ORDER(1, 2, 0)
-#define Y ORDER(2, 0, 1)
-#define Z ORDER(0, 1, 2)
-static const lone_order lone_orders[8] = {Z, Z, Z, X, Y, Y, Y, X};
-static const int32_t lone_left[4] = {0, 0, 1, 3}, lone_right[4] = {1, 2, 2, 3};
-#undef ORDER
-#undef X
-#undef Y
-#undef Z
-
-/* A ray made ready, but for what a part brings. 0: its direction or range is not valid. (An origin that is not is far away from
- * every part.) */
-RTI_VEC int lone_begin(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
-{
-    const rti_f4 dir = rti_f4_load(ray->dir), top = rti_f4_set(RTK_INV_MAX);
-    const rti_f4 left = rti_f4_abs(rti_f4_take(ray->dir, lone_left)), right = rti_f4_abs(rti_f4_take(ray->dir, lone_right));
-    const lone_order *order = &lone_orders[rti_m4_bits(rti_f4_lt(right, left)) & 7u];
-    const rti_f4 along = rti_f4_take(ray->dir, order->axes), shear = along / rti_f4_set(along[2]);
-    g->org = rti_f4_load(ray->org);
-    g->inv = rti_f4_min(rti_f4_max(rti_f4_set(1.0f) / dir, -top), top); /* rtk_inverse: what it calls zero is clamped here */
-    rti_f4_store(l->org, rti_f4_take(ray->org, order->axes));
-    rti_f4_store(l->dir, along);
-    memcpy(l->row, order->row, sizeof l->row);
-    l->sx = shear[0];
-    l->sy = shear[1];
-    l->scene = scene;
-    l->group = scene->groups;
-    l->ray = ray;
-    l->inst = RTK_INVALID;
-    lone_keep(l, ray->tmax, 0.0f, 0.0f, RTK_INVALID, RTK_INVALID);
-    return (rti_m4_bits(rti_f4_le(rti_f4_abs(dir), rti_f4_set(RTK_DIR_MAX))) & 7u) == 7u && rtk_fabs(along[2]) >= RTK_DIR_MIN &&
-           ray->tmin < ray->tmax;
-}
-
-_Static_assert(offsetof(rtk_part, lo) == 0 && offsetof(rtk_part, hi) == 12 && offsetof(rtk_part, scale) == 24,
-               "a part's corners can be loaded with what stands behind them");
-
-RTI_VEC void lone_slab(const lone_given *g, rti_f4 lo, rti_f4 hi, float *t0, float *t1) /* rtk_slab */
-{
-    const rti_f4 a = (lo - g->org) * g->inv, b = (hi - g->org) * g->inv, in = rti_f4_min(a, b), out = rti_f4_max(a, b);
-    *t0 = rtk_max(rtk_max(in[0], in[1]), in[2]);
-    *t1 = rtk_min(rtk_min(out[0], out[1]), out[2]);
-}
-
-/* Its way through a part: 1 or 0 as lone_walk, or -1: it must go another way. */
-RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part *part, const rtk_tree *tree)
-{
-    const float *box = (const float *)(const void *)part;
-    const rti_f4 far = rti_f4_abs(g->org), lo = rti_f4_load(box), hi = rti_f4_load(box + 3);
-    const float tmin = l->org[3], tmax = l->dir[3];
-    float t0, t1;
-    if (tree->block_count == 0u)
-        return -1;
-    if (__builtin_expect((rti_m4_bits(rti_f4_le(far, rti_f4_set(RTK_FAR * part->scale))) & 7u) != 7u, 0)) { /* rtk_ray_passes */
-        const rti_f4 grow = rti_f4_set(RTK_PASSES * (rtk_max(rtk_max(far[0], far[1]), far[2]) + part->scale));
-        lone_slab(g, lo - grow, hi + grow, &t0, &t1);
-        return t1 < t0 || (t1 < 0.0f && tmin >= 0.0f) ? 0 : -1;
-    }
-    lone_slab(g, lo, hi, &t0, &t1);
-    if (!(t0 <= t1) || t1 < tmin || t0 > tmax)
-        return 0;
-    if (!lone_ready(l, tree, part->scale, g->org, g->inv))
-        return -1;
-    l->part = part;
-    l->t = l->best.t;
-    l->far = rtk_min(rtk_min(t1, tmax), l->t);
-    l->t0 = rtk_max(t0, tmin);
-    return l->t0 <= l->far && lone_walk(l, mode);
 }
 
 #endif

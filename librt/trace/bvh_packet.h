@@ -12,7 +12,7 @@
 #ifndef RTI_BVH_PACKET_H
 #define RTI_BVH_PACKET_H
 
-#include "bvh_lone_walk.h"
+#include "bvh_lone_one.h"
 #include "packet.h"
 
 #define PACKET       64u

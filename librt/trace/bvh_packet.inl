@@ -304,6 +304,7 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
                               uint32_t count, rti_scratch *scratch);
 static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                            uint32_t count, rti_scratch *scratch);
+#include "bvh_one.inl"
 #include "bvh_placed.inl"
 
 /* Packets of coherent rays where there is more than that. */
@@ -354,24 +355,3 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
         RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
 }
 
-/* rti_tracer.one, first of all where there is nothing but the scene's own triangles. */
-static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
-{
-    const rtk_group *g = scene->groups;
-    lone_given given;
-    lone l;
-    int end = 0;
-    if (!lone_fits(scene) || ray->mask == 0u || !lone_begin(&l, scene, ray, &given))
-        return RTK_NAME(one_plain)(scene, ray, time, hit);
-    if (g->part_count == 1u) /* nothing is kept for another */
-        end = lone_part(&l, RTK_MODE, &given, g->parts, &g->parts->RTK_TREE);
-    else
-        for (rtk_u32 k = 0u; k < g->part_count && end == 0; k++)
-            end = lone_part(&l, RTK_MODE, &given, &g->parts[k], &g->parts[k].RTK_TREE);
-    if (end < 0)
-        return RTK_NAME(one_plain)(scene, ray, time, hit);
-    if (RTK_MODE & RTK_MODE_ANY)
-        return end;
-    memcpy(hit, &l.best, sizeof l.best);
-    return l.best.prim != RTK_INVALID;
-}

@@ -14,7 +14,7 @@
 
 #define PLACED       16384u /* rays at a time */
 #define PLACED_LEAST 256u   /* rays that are worth it: fewer touch no memory for it */
-#define PLACED_FEW   16u    /* rays that go through an instance singly */
+#define PLACED_FEW   32u    /* rays that go through an instance singly */
 #define PLACED_NEAR  2048u  /* coherent rays that go through one as coherent: fewer have hardly a leaf in common */
 #define PLACED_PIECE 256u   /* rays for whose lists there is no room: so many or fewer go on by themselves, more by halves */
 #define PLACED_LISTS (3u * PLACED)
@@ -109,9 +109,9 @@ RTI_VEC rtk_u32 placed_still(placed *a, rtk_u32 mode, const placed_wait *w, cons
 }
 
 /* Behind this a ray that goes by itself looks for no hit. */
-RTI_VEC float placed_reach_of(rtk_u32 mode, const placed_ray *r, const rtk_query *q)
+RTI_VEC float placed_reach_of(rtk_u32 mode, const placed_ray *r, const rtk_hit *best)
 {
-    return mode & RTK_MODE_ANY ? r->t1 : rtk_min(r->t1, q->best.t);
+    return mode & RTK_MODE_ANY ? r->t1 : rtk_min(r->t1, best->t);
 }
 
 /* Opens the node w for its rays: its slots wait, the nearest on top. 0: there is no room for their lists. */

@@ -23,13 +23,22 @@ RTI_VEC void RTK_NAME(placed_query)(const placed *a, rtk_u32 i, rtk_query *q)
         q->best = rti_lane_best(a->hits, i);
 }
 
-/* What a ray that went by itself has found. */
-RTI_VEC void RTK_NAME(placed_answer)(placed *a, rtk_u32 i, const rtk_query *q, int end)
+/* A ray that goes by itself, and its best hit so far. */
+RTI_VEC rti_ray RTK_NAME(placed_one)(const placed *a, rtk_u32 i, rtk_hit *best)
+{
+    const rtk_trace_block *b = &a->rays[i / RTK_BLOCK];
+    const rtk_u32 k = i % RTK_BLOCK;
+    *best = RTK_MODE & RTK_MODE_ANY ? rtk_hit_none(b->tmax[k]) : rti_lane_best(a->hits, i);
+    return (rti_ray){{b->ox[k], b->oy[k], b->oz[k]}, b->tmin[k], {b->dx[k], b->dy[k], b->dz[k]}, b->tmax[k], b->mask[k]};
+}
+
+/* What such a ray has found. */
+RTI_VEC void RTK_NAME(placed_answer)(placed *a, rtk_u32 i, const rtk_hit *best, int end)
 {
     if (RTK_MODE & RTK_MODE_ANY)
         a->occluded[i / RTK_BLOCK] |= (uint16_t)((end ? 1u : 0u) << i % RTK_BLOCK);
     else
-        placed_take(a, i, q->best);
+        rti_lane_keep(a->hits, i, *best);
 }
 
 /* A ray through all of the top level by itself. */
@@ -37,7 +46,8 @@ RTI_APART void RTK_NAME(placed_alone)(placed *a, rtk_u32 i)
 {
     rtk_query q;
     RTK_NAME(placed_query)(a, i, &q);
-    RTK_NAME(placed_answer)(a, i, &q, RTK_NAME(instances)(&q));
+    const int end = RTK_NAME(instances)(&q);
+    RTK_NAME(placed_answer)(a, i, &q.best, end);
 }
 
 /* A ray through what is below a node, by itself. */
@@ -47,13 +57,14 @@ RTI_APART void RTK_NAME(placed_below)(placed *a, rtk_u32 i, rtk_u32 at)
     const placed_ray *r = &a->ray[i];
     float enter[RTK_BVH_STACK + RTK_BVH_WIDTH]; /* what waits: slots, and where the ray enters them */
     rtk_u32 child[RTK_BVH_STACK + RTK_BVH_WIDTH], count[RTK_BVH_STACK + RTK_BVH_WIDTH], top = 0u;
-    rtk_query q;
-    RTK_NAME(placed_query)(a, i, &q);
+    rtk_hit best;
+    const rti_ray ray = RTK_NAME(placed_one)(a, i, &best);
+    const float time = a->scratch->times ? a->scratch->times[i] : 0.0f;
     for (;;) {
         float t[RTK_BVH_WIDTH];
         const rtk_bvhnode *n = &tree.bvh[at];
         const rtk_u32 below = top;
-        for (rtk_u32 bits = placed_open(r, n, placed_reach_of(RTK_MODE, r, &q), t); bits != 0u; bits &= bits - 1u) {
+        for (rtk_u32 bits = placed_open(r, n, placed_reach_of(RTK_MODE, r, &best), t); bits != 0u; bits &= bits - 1u) {
             const rtk_u32 s = (rtk_u32)__builtin_ctz(bits);
             rtk_u32 to = top++;
             for (; to > below && enter[to - 1u] < t[s]; to--) {
@@ -67,18 +78,18 @@ RTI_APART void RTK_NAME(placed_below)(placed *a, rtk_u32 i, rtk_u32 at)
         }
         for (;;) {
             if (top == 0u) {
-                RTK_NAME(placed_answer)(a, i, &q, 0);
+                RTK_NAME(placed_answer)(a, i, &best, 0);
                 return;
             }
             top--;
-            if (enter[top] > placed_reach_of(RTK_MODE, r, &q))
+            if (enter[top] > placed_reach_of(RTK_MODE, r, &best))
                 continue;
             at = child[top];
             if (count[top] == 0u)
                 break;
             for (rtk_u32 k = 0u; k < count[top]; k++) {
-                if (RTK_NAME(instance)(&q, tree.refs[at + k], q.ray.org, 0.0f)) {
-                    RTK_NAME(placed_answer)(a, i, &q, 1);
+                if (RTK_NAME(one_instance)(a->scene, &ray, time, tree.refs[at + k], &best)) {
+                    RTK_NAME(placed_answer)(a, i, &best, 1);
                     return;
                 }
             }
@@ -96,9 +107,11 @@ static void RTK_NAME(placed_instance)(placed *a, rtk_u32 ref, const uint16_t *li
     /* an alpha map may be of the instance's material, of which the group knows nothing */
     if (n < PLACED_FEW || (!(g->flags & RTK_GROUP_PLAIN) && inst->material != RTK_INVALID)) {
         for (rtk_u32 k = 0u; k < n; k++) {
-            rtk_query q;
-            RTK_NAME(placed_query)(a, list[k], &q);
-            RTK_NAME(placed_answer)(a, list[k], &q, RTK_NAME(instance)(&q, ref, q.ray.org, 0.0f));
+            rtk_hit best;
+            const rti_ray ray = RTK_NAME(placed_one)(a, list[k], &best);
+            const float time = a->scratch->times ? a->scratch->times[list[k]] : 0.0f;
+            const int end = RTK_NAME(one_instance)(a->scene, &ray, time, ref, &best);
+            RTK_NAME(placed_answer)(a, list[k], &best, end);
         }
         return;
     }

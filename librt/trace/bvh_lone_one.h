@@ -1,0 +1,220 @@
+/* One ray by itself (bvh_lone.h) as a caller gives it: through the scene's own triangles, into instances and through what is in
+ * them. */
+#ifndef RTI_BVH_LONE_ONE_H
+#define RTI_BVH_LONE_ONE_H
+
+#include "bvh_lone_walk.h"
+
+/* Does a scene hold nothing but triangles of its own, and instances that have bounds? */
+RTI_VEC int lone_fits(const rtk_scene *scene)
+{
+    const rtk_group *g = scene->groups;
+    return scene->unbounded_count == 0u && g->plane_count == 0u && g->shape_count == 0u && (g->flags & RTK_GROUP_PLAIN);
+}
+
+/* A ray as it comes: of four lanes three count. */
+typedef struct lone_given {
+    rti_f4 org, inv;
+} lone_given;
+
+/* Order of axes by which components of |dir| are greater than others: x than y, x than z, y than z, a bit each (rtk_ray_prepare);
+ * and where a block's rows of them begin. */
+typedef struct lone_order {
+    int32_t axes[4];
+    rtk_u32 row[4];
+} lone_order;
+#define ORDER(x, y, z)                                                                                                           \
+    {                                                                                                                            \
+        {x, y, z, 3},                                                                                                            \
+        {                                                                                                                        \
+            (x) * sizeof(float[RTK_BVH_BLOCK]), (y) * sizeof(float[RTK_BVH_BLOCK]), (z) * sizeof(float[RTK_BVH_BLOCK]), 0u       \
+        }                                                                                                                        \
+    }
+#define X ORDER(1, 2, 0)
+#define Y ORDER(2, 0, 1)
+#define Z ORDER(0, 1, 2)
+static const lone_order lone_orders[8] = {Z, Z, Z, X, Y, Y, Y, X};
+static const int32_t lone_left[4] = {0, 0, 1, 3}, lone_right[4] = {1, 2, 2, 3};
+#undef ORDER
+#undef X
+#undef Y
+#undef Z
+
+/* A ray made ready, but for what a group and its parts bring. 0: its direction or range is not valid. (An origin that is not is
+ * far away from every part.) */
+RTI_VEC int lone_begin(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
+{
+    const rti_f4 dir = rti_f4_load(ray->dir), top = rti_f4_set(RTK_INV_MAX);
+    const rti_f4 left = rti_f4_abs(rti_f4_take(ray->dir, lone_left)), right = rti_f4_abs(rti_f4_take(ray->dir, lone_right));
+    const lone_order *order = &lone_orders[rti_m4_bits(rti_f4_lt(right, left)) & 7u];
+    const rti_f4 along = rti_f4_take(ray->dir, order->axes), shear = along / rti_f4_set(along[2]);
+    g->org = rti_f4_load(ray->org);
+    g->inv = rti_f4_min(rti_f4_max(rti_f4_set(1.0f) / dir, -top), top); /* rtk_inverse: what it calls zero is clamped here */
+    rti_f4_store(l->org, rti_f4_take(ray->org, order->axes));
+    rti_f4_store(l->dir, along);
+    memcpy(l->row, order->row, sizeof l->row);
+    l->sx = shear[0];
+    l->sy = shear[1];
+    l->scene = scene;
+    l->ray = ray;
+    return (rti_m4_bits(rti_f4_le(rti_f4_abs(dir), rti_f4_set(RTK_DIR_MAX))) & 7u) == 7u && rtk_fabs(along[2]) >= RTK_DIR_MIN &&
+           ray->tmin < ray->tmax;
+}
+
+_Static_assert(offsetof(rtk_part, lo) == 0 && offsetof(rtk_part, hi) == 12 && offsetof(rtk_part, scale) == 24,
+               "a part's corners can be loaded with what stands behind them");
+
+RTI_VEC void lone_slab(const lone_given *g, rti_f4 lo, rti_f4 hi, float *t0, float *t1) /* rtk_slab */
+{
+    const rti_f4 a = (lo - g->org) * g->inv, b = (hi - g->org) * g->inv, in = rti_f4_min(a, b), out = rti_f4_max(a, b);
+    *t0 = rtk_max(rtk_max(in[0], in[1]), in[2]);
+    *t1 = rtk_min(rtk_min(out[0], out[1]), out[2]);
+}
+
+/* Its way through a part from which it starts far away (rtk_ray_prepare): as lone_part. */
+RTI_APART int lone_part_moved(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part *part, const rtk_tree *tree)
+{
+    const float tmin = l->org[3], tmax = l->dir[3], *dir = l->ray->dir;
+    const rti_f4 lo = rti_f4_load(&part->lo.x), hi = rti_f4_load(&part->lo.x + 3), given = rti_f4_load(l->org);
+    rtk_vec3 org = rtk_v3(l->ray->org[0], l->ray->org[1], l->ray->org[2]);
+    float t0, t1, shift = 0.0f;
+    int end;
+    if (!rtk_ray_approach(rtk_v3(dir[0], dir[1], dir[2]), part->lo, part->hi, part->scale, &org, &shift))
+        return 0;
+    const lone_given moved = {(rti_f4){org.x, org.y, org.z, 0.0f}, g->inv};
+    lone_slab(&moved, lo, hi, &t0, &t1);
+    if (!(t0 <= t1) || shift + t1 < tmin || shift + t0 > tmax)
+        return 0;
+    if (shift == 0.0f || !lone_ready(l, tree, part->scale, moved.org, g->inv))
+        return -1;
+    for (rtk_u32 k = 0u; k < 3u; k++)
+        l->org[k] = rtk_axis(org, l->row[k] / (rtk_u32)sizeof(float[RTK_BVH_BLOCK]));
+    l->part = part;
+    l->shift = shift;
+    l->t = l->best.t;
+    l->far = rtk_min(tmax, l->t);
+    l->t0 = t0;
+    l->t1 = t1;
+    end = t0 <= lone_end(l, 1) && lone_walk(l, mode);
+    rti_f4_store(l->org, given);
+    return end;
+}
+
+/* Does a ray that starts far away from a box pass it for certain (rtk_ray_passes)? far: |org|. */
+RTI_VEC int lone_passes(const lone *l, const lone_given *g, rti_f4 far, rti_f4 lo, rti_f4 hi, float scale)
+{
+    const rti_f4 grow = rti_f4_set(RTK_PASSES * (rtk_max(rtk_max(far[0], far[1]), far[2]) + scale));
+    float t0, t1;
+    lone_slab(g, lo - grow, hi + grow, &t0, &t1);
+    return t1 < t0 || (t1 < 0.0f && l->org[3] >= 0.0f);
+}
+RTI_VEC int lone_starts_near(rti_f4 far, float scale)
+{
+    return (rti_m4_bits(rti_f4_le(far, rti_f4_set(RTK_FAR * scale))) & 7u) == 7u;
+}
+
+/* Its way through a part: 1 or 0 as lone_walk, or -1: it must go another way. */
+RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part *part, const rtk_tree *tree)
+{
+    const float *box = (const float *)(const void *)part;
+    const rti_f4 far = rti_f4_abs(g->org), lo = rti_f4_load(box), hi = rti_f4_load(box + 3);
+    const float tmin = l->org[3], tmax = l->dir[3];
+    float t0, t1;
+    if (tree->block_count == 0u)
+        return -1;
+    if (__builtin_expect(!lone_starts_near(far, part->scale), 0))
+        return lone_passes(l, g, far, lo, hi, part->scale) ? 0 : lone_part_moved(l, mode, g, part, tree);
+    lone_slab(g, lo, hi, &t0, &t1);
+    if (!(t0 <= t1) || t1 < tmin || t0 > tmax)
+        return 0;
+    if (!lone_ready(l, tree, part->scale, g->org, g->inv))
+        return -1;
+    l->part = part;
+    l->t = l->best.t;
+    l->far = rtk_min(rtk_min(t1, tmax), l->t);
+    l->t0 = rtk_max(t0, tmin);
+    l->shift = 0.0f;
+    return l->t0 <= l->far && lone_walk(l, mode);
+}
+
+/* Its way through a group whose parts are of one builder: as lone_part. Hits are this instance's, from *best on. */
+RTI_VEC int lone_parts(lone *l, rtk_u32 mode, const lone_given *given, const rtk_group *g, rtk_u32 inst, const rtk_hit *best)
+{
+    int end = 0;
+    l->group = g;
+    l->inst = inst;
+    l->best = *best;
+    if (g->part_count == 1u) /* nothing is kept for another */
+        return lone_part(l, mode, given, g->parts, &g->parts->RTK_TREE);
+    for (rtk_u32 k = 0u; k < g->part_count && end == 0; k++)
+        end = lone_part(l, mode, given, &g->parts[k], &g->parts[k].RTK_TREE);
+    return end;
+}
+
+/* ---- instances ---- */
+
+/* rtk_instance_ray; the ray's mask is the instance's, too. */
+RTI_VEC void lone_turn(rti_ray *to, const rti_ray *from, const rtk_scene *scene, const rtk_instance *inst, float time)
+{
+    const float *m = inst->to_object.m;
+    if (inst->flags & RTK_INST_MOVING) {
+        rtk_vec3 org = rtk_v3(from->org[0], from->org[1], from->org[2]), dir = rtk_v3(from->dir[0], from->dir[1], from->dir[2]);
+        rtk_motion_ray(scene->motions, inst, time, &org, &dir);
+        rti_f4_store(to->org, (rti_f4){org.x, org.y, org.z, from->tmin});
+        rti_f4_store(to->dir, (rti_f4){dir.x, dir.y, dir.z, from->tmax});
+    } else {
+        const rti_f4 rows[4] = {rti_f4_load(m), rti_f4_load(m + 4), rti_f4_load(m + 8), rti_f4_set(0.0f)};
+        rti_f4 by[4];
+        rti_f4_turn(rows, by);
+        rti_f4_store(to->org, by[0] * rti_f4_set(from->org[0]) + by[1] * rti_f4_set(from->org[1]) +
+                                  by[2] * rti_f4_set(from->org[2]) + by[3]);
+        rti_f4_store(to->dir, by[0] * rti_f4_set(from->dir[0]) + by[1] * rti_f4_set(from->dir[1]) +
+                                  by[2] * rti_f4_set(from->dir[2]));
+        to->tmin = from->tmin;
+        to->tmax = from->tmax;
+    }
+    to->mask = from->mask & inst->mask;
+}
+
+/* A ray through an instance which it sees: as lone_part. *best is its best hit, before and behind. */
+RTI_VEC int lone_instance(const rtk_scene *scene, rtk_u32 mode, const rti_ray *ray, float time, const rtk_instance *inst, rtk_hit *best)
+{
+    const rtk_group *g = &scene->groups[inst->group];
+    lone_given given;
+    rti_ray own;
+    lone l;
+    int end;
+    if (!(g->flags & RTK_GROUP_PLAIN) || (inst->flags & RTK_INST_UNBOUNDED))
+        return -1;
+    lone_turn(&own, ray, scene, inst, time);
+    if (!lone_begin(&l, scene, &own, &given))
+        return 0;
+    end = lone_parts(&l, mode, &given, g, inst->id, best);
+    if (!(mode & RTK_MODE_ANY) && end == 0)
+        *best = l.best;
+    return end;
+}
+
+/* Ready for the top level, or 0: the ray misses it, or -1: it must go another way. */
+RTI_VEC int lone_top_ready(lone *l, const lone_given *g, const rtk_scene *s, const rtk_tree *tree)
+{
+    const rti_f4 far = rti_f4_abs(g->org), lo = {s->top_lo.x, s->top_lo.y, s->top_lo.z}, hi = {s->top_hi.x, s->top_hi.y, s->top_hi.z};
+    const float tmin = l->org[3], tmax = l->dir[3];
+    float t0, t1;
+    if (!(s->top_lo.x <= s->top_hi.x))
+        return 0;
+    if (!lone_starts_near(far, s->top_scale))
+        return lone_passes(l, g, far, lo, hi, s->top_scale) ? 0 : -1;
+    lone_slab(g, lo, hi, &t0, &t1);
+    if (!(t0 <= t1) || t1 < tmin || t0 > tmax)
+        return 0;
+    if (!lone_ready(l, tree, s->top_scale, g->org, g->inv))
+        return -1;
+    l->t = l->best.t;
+    l->far = rtk_min(rtk_min(t1, tmax), l->t);
+    l->t0 = rtk_max(t0, tmin);
+    l->shift = 0.0f;
+    return l->t0 <= l->far;
+}
+
+#endif
