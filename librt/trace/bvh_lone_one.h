@@ -71,24 +71,48 @@ RTI_VEC void lone_slab(const lone_given *g, rti_f4 lo, rti_f4 hi, float *t0, flo
     *t1 = rtk_min(rtk_min(out[0], out[1]), out[2]);
 }
 
+/* Does a ray start near a box, so that its origin stays? far: |org|. */
+RTI_VEC int lone_near(rti_f4 far, float scale)
+{
+    return (rti_m4_bits(rti_f4_le(far, rti_f4_set(RTK_FAR * scale))) & 7u) == 7u;
+}
+
+/* rtk_ray_approach, the fourth lanes of which do not count. */
+RTI_VEC int lone_approach(rti_f4 dir, rti_f4 lo, rti_f4 hi, float scale, rti_f4 *org, float *shift)
+{
+    const rti_f4 size = rti_f4_abs(dir), mid = rti_f4_set(0.5f) * (lo + hi), split = rti_f4_set(4097.0f);
+    const float m = rtk_max(rtk_max(size[0], size[1]), size[2]);
+    const rti_f4 d = dir / rti_f4_set(m), square = d * d, cd = split * dir, dh = cd - (cd - dir), dl = dir - dh;
+    const float dd = square[0] + square[1] + square[2];
+    for (rtk_u32 k = 0u; k < 6u && !lone_near(rti_f4_abs(*org), scale); k++) {
+        const rti_f4 f = (mid - *org) * d;
+        const float step = (f[0] + f[1] + f[2]) / dd / m;
+        const rti_f4 t = rti_f4_set(step), p = t * dir, ct = split * t, th = ct - (ct - t), tl = t - th; /* rtk_ff_along */
+        const rti_f4 e = ((th * dh - p) + th * dl + tl * dh) + tl * dl, s = *org + p, b = s - *org;
+        *org = s + (((*org - (s - b)) + (p - b)) + e);
+        *shift += step;
+    }
+    return rtk_finite((*org)[0] + (*org)[1] + (*org)[2]) && rtk_finite(*shift) && lone_near(rti_f4_abs(*org), scale);
+}
+
 /* Its way through a part from which it starts far away (rtk_ray_prepare): as lone_part. */
 RTI_APART int lone_part_moved(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part *part, const rtk_tree *tree)
 {
-    const float tmin = l->org[3], tmax = l->dir[3], *dir = l->ray->dir;
-    const rti_f4 lo = rti_f4_load(&part->lo.x), hi = rti_f4_load(&part->lo.x + 3), given = rti_f4_load(l->org);
-    rtk_vec3 org = rtk_v3(l->ray->org[0], l->ray->org[1], l->ray->org[2]);
-    float t0, t1, shift = 0.0f;
+    const float *box = (const float *)(const void *)part, tmin = l->org[3], tmax = l->dir[3];
+    const rti_f4 lo = rti_f4_load(box), hi = rti_f4_load(box + 3), given = rti_f4_load(l->org);
+    lone_given moved = *g;
+    float org[4], t0, t1, shift = 0.0f;
     int end;
-    if (!rtk_ray_approach(rtk_v3(dir[0], dir[1], dir[2]), part->lo, part->hi, part->scale, &org, &shift))
+    if (!lone_approach(rti_f4_load(l->ray->dir), lo, hi, part->scale, &moved.org, &shift))
         return 0;
-    const lone_given moved = {(rti_f4){org.x, org.y, org.z, 0.0f}, g->inv};
     lone_slab(&moved, lo, hi, &t0, &t1);
     if (!(t0 <= t1) || shift + t1 < tmin || shift + t0 > tmax)
         return 0;
     if (shift == 0.0f || !lone_ready(l, tree, part->scale, moved.org, g->inv))
         return -1;
+    rti_f4_store(org, moved.org);
     for (rtk_u32 k = 0u; k < 3u; k++)
-        l->org[k] = rtk_axis(org, l->row[k] / (rtk_u32)sizeof(float[RTK_BVH_BLOCK]));
+        l->org[k] = org[l->row[k] / (rtk_u32)sizeof(float[RTK_BVH_BLOCK])];
     l->part = part;
     l->shift = shift;
     l->t = l->best.t;
@@ -108,10 +132,6 @@ RTI_VEC int lone_passes(const lone *l, const lone_given *g, rti_f4 far, rti_f4 l
     lone_slab(g, lo - grow, hi + grow, &t0, &t1);
     return t1 < t0 || (t1 < 0.0f && l->org[3] >= 0.0f);
 }
-RTI_VEC int lone_starts_near(rti_f4 far, float scale)
-{
-    return (rti_m4_bits(rti_f4_le(far, rti_f4_set(RTK_FAR * scale))) & 7u) == 7u;
-}
 
 /* Its way through a part: 1 or 0 as lone_walk, or -1: it must go another way. */
 RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part *part, const rtk_tree *tree)
@@ -122,7 +142,7 @@ RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part
     float t0, t1;
     if (tree->block_count == 0u)
         return -1;
-    if (__builtin_expect(!lone_starts_near(far, part->scale), 0))
+    if (__builtin_expect(!lone_near(far, part->scale), 0))
         return lone_passes(l, g, far, lo, hi, part->scale) ? 0 : lone_part_moved(l, mode, g, part, tree);
     lone_slab(g, lo, hi, &t0, &t1);
     if (!(t0 <= t1) || t1 < tmin || t0 > tmax)
@@ -137,13 +157,11 @@ RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part
     return l->t0 <= l->far && lone_walk(l, mode);
 }
 
-/* Its way through a group whose parts are of one builder: as lone_part. Hits are this instance's, from *best on. */
-RTI_VEC int lone_parts(lone *l, rtk_u32 mode, const lone_given *given, const rtk_group *g, rtk_u32 inst, const rtk_hit *best)
+/* Its way through a group whose parts are of one builder, from its best hit on: as lone_part. */
+RTI_VEC int lone_parts(lone *l, rtk_u32 mode, const lone_given *given, const rtk_group *g)
 {
     int end = 0;
     l->group = g;
-    l->inst = inst;
-    l->best = *best;
     if (g->part_count == 1u) /* nothing is kept for another */
         return lone_part(l, mode, given, g->parts, &g->parts->RTK_TREE);
     for (rtk_u32 k = 0u; k < g->part_count && end == 0; k++)
@@ -166,18 +184,19 @@ RTI_VEC void lone_turn(rti_ray *to, const rti_ray *from, const rtk_scene *scene,
         const rti_f4 rows[4] = {rti_f4_load(m), rti_f4_load(m + 4), rti_f4_load(m + 8), rti_f4_set(0.0f)};
         rti_f4 by[4];
         rti_f4_turn(rows, by);
-        rti_f4_store(to->org, by[0] * rti_f4_set(from->org[0]) + by[1] * rti_f4_set(from->org[1]) +
-                                  by[2] * rti_f4_set(from->org[2]) + by[3]);
-        rti_f4_store(to->dir, by[0] * rti_f4_set(from->dir[0]) + by[1] * rti_f4_set(from->dir[1]) +
-                                  by[2] * rti_f4_set(from->dir[2]));
-        to->tmin = from->tmin;
-        to->tmax = from->tmax;
+        rti_f4 org = by[0] * rti_f4_set(from->org[0]) + by[1] * rti_f4_set(from->org[1]) + by[2] * rti_f4_set(from->org[2]) + by[3];
+        rti_f4 dir = by[0] * rti_f4_set(from->dir[0]) + by[1] * rti_f4_set(from->dir[1]) + by[2] * rti_f4_set(from->dir[2]);
+        org[3] = from->tmin; /* each is stored as it will be loaded */
+        dir[3] = from->tmax;
+        rti_f4_store(to->org, org);
+        rti_f4_store(to->dir, dir);
     }
     to->mask = from->mask & inst->mask;
 }
 
 /* A ray through an instance which it sees: as lone_part. *best is its best hit, before and behind. */
-RTI_VEC int lone_instance(const rtk_scene *scene, rtk_u32 mode, const rti_ray *ray, float time, const rtk_instance *inst, rtk_hit *best)
+RTI_VEC int lone_instance(const rtk_scene *scene, rtk_u32 mode, const rti_ray *ray, float time, const rtk_instance *inst,
+                          rtk_hit *best)
 {
     const rtk_group *g = &scene->groups[inst->group];
     lone_given given;
@@ -189,7 +208,9 @@ RTI_VEC int lone_instance(const rtk_scene *scene, rtk_u32 mode, const rti_ray *r
     lone_turn(&own, ray, scene, inst, time);
     if (!lone_begin(&l, scene, &own, &given))
         return 0;
-    end = lone_parts(&l, mode, &given, g, inst->id, best);
+    l.inst = inst->id;
+    l.best = *best;
+    end = lone_parts(&l, mode, &given, g);
     if (!(mode & RTK_MODE_ANY) && end == 0)
         *best = l.best;
     return end;
@@ -198,12 +219,13 @@ RTI_VEC int lone_instance(const rtk_scene *scene, rtk_u32 mode, const rti_ray *r
 /* Ready for the top level, or 0: the ray misses it, or -1: it must go another way. */
 RTI_VEC int lone_top_ready(lone *l, const lone_given *g, const rtk_scene *s, const rtk_tree *tree)
 {
-    const rti_f4 far = rti_f4_abs(g->org), lo = {s->top_lo.x, s->top_lo.y, s->top_lo.z}, hi = {s->top_hi.x, s->top_hi.y, s->top_hi.z};
+    const rti_f4 lo = {s->top_lo.x, s->top_lo.y, s->top_lo.z}, hi = {s->top_hi.x, s->top_hi.y, s->top_hi.z};
+    const rti_f4 far = rti_f4_abs(g->org);
     const float tmin = l->org[3], tmax = l->dir[3];
     float t0, t1;
     if (!(s->top_lo.x <= s->top_hi.x))
         return 0;
-    if (!lone_starts_near(far, s->top_scale))
+    if (!lone_near(far, s->top_scale))
         return lone_passes(l, g, far, lo, hi, s->top_scale) ? 0 : -1;
     lone_slab(g, lo, hi, &t0, &t1);
     if (!(t0 <= t1) || t1 < tmin || t0 > tmax)

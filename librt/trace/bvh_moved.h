@@ -16,6 +16,7 @@
 #define MOVED_LOOKS    32u     /* rays of a batch that are looked at */
 #define MOVED_LEAST    64u     /* rays that are worth it */
 #define MOVED_SHIFT    1.0e30f /* the greatest shift: sums stay in the floats' range */
+#define MOVED_MOST     4.0e6f  /* sizes of the part away: farther, sums are so coarse that many are equal */
 
 typedef struct moved {
     _Alignas(64) rtk_trace_block own[MOVED / RTK_BLOCK];
@@ -70,7 +71,7 @@ RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, rtk_vec3 lo, 
         r.org = rtk_v3(b->ox[0], b->oy[0], b->oz[0]);
         r.dir = rtk_v3(b->dx[0], b->dy[0], b->dz[0]);
         r.tmin = b->tmin[0];
-        far += rtk_maxabs(r.org) > RTK_FAR * scale &&
+        far += rtk_maxabs(r.org) > RTK_FAR * scale && rtk_maxabs(r.org) < MOVED_MOST * scale &&
                !rtk_ray_passes(r, rtk_v3(rtk_inverse(r.dir.x), rtk_inverse(r.dir.y), rtk_inverse(r.dir.z)), lo, hi, scale);
     }
     return 4u * far > all;

@@ -1,11 +1,10 @@
-/* One mode of rti_tracer.one where there is nothing but triangles, of the scene itself and of instances (bvh_lone_one.h). Included
- * by bvh_packet.inl. */
+/* One mode of rays that go one by one where there is nothing but triangles (bvh_lone_one.h), of the scene itself or of instances.
+ * Included by bvh_packet.inl. */
 
 /* A ray through an instance. */
 RTI_APART int RTK_NAME(one_instance)(const rtk_scene *scene, const rti_ray *ray, float time, rtk_u32 ref, rtk_hit *best)
 {
     const rtk_instance *inst = &scene->instances[ref];
-    const rtk_ray given = lone_ray(ray);
     rtk_query q;
     int end;
     if ((ray->mask & inst->mask) == 0u)
@@ -13,10 +12,10 @@ RTI_APART int RTK_NAME(one_instance)(const rtk_scene *scene, const rti_ray *ray,
     end = lone_instance(scene, RTK_MODE, ray, time, inst, best);
     if (end >= 0)
         return end;
-    rtk_query_init(&q, scene, given);
+    rtk_query_init(&q, scene, lone_ray(ray));
     q.time = time;
     q.best = *best;
-    end = RTK_NAME(instance)(&q, ref, given.org, 0.0f);
+    end = RTK_NAME(instance)(&q, ref, q.ray.org, 0.0f);
     *best = q.best;
     return end;
 }
@@ -36,6 +35,48 @@ RTI_APART int RTK_NAME(one_top)(lone *l)
     return RTK_MODE & RTK_MODE_ANY ? lone_any(l, 0, 0, RTK_NAME(one_refs)) : lone_closest(l, 0, 0, RTK_NAME(one_refs));
 }
 
+/* A ray through all instances, behind what it has met. */
+static int RTK_NAME(one_instances)(rtk_query *q)
+{
+    const rtk_scene *s = q->scene;
+    rti_ray ray;
+    lone_given given;
+    lone l;
+    int end = 0;
+    if (s->unbounded_count != 0u)
+        return RTK_NAME(instances)(q);
+    rti_f4_store(ray.org, (rti_f4){q->ray.org.x, q->ray.org.y, q->ray.org.z, q->ray.tmin});
+    rti_f4_store(ray.dir, (rti_f4){q->ray.dir.x, q->ray.dir.y, q->ray.dir.z, q->ray.tmax});
+    ray.mask = q->ray.mask;
+    if (!lone_begin(&l, s, &ray, &given))
+        return 0;
+    l.best = q->best;
+    end = lone_top_ready(&l, &given, s, &s->RTK_TOP_TREE);
+    if (end < 0)
+        return RTK_NAME(instances)(q);
+    l.time = q->time;
+    if (end > 0)
+        end = RTK_NAME(one_top)(&l);
+    q->best = l.best;
+    return end;
+}
+
+/* A ray through whatever there is. */
+RTI_APART int RTK_NAME(one_other)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
+{
+    rtk_query q;
+    int end = 0;
+    rtk_query_init(&q, scene, lone_ray(ray));
+    q.time = time;
+    if (rtk_ray_valid(q.ray))
+        end = rtk_query_planes(&q, RTK_MODE, q.ray) || RTK_NAME(group)(&q, q.ray) || RTK_NAME(one_instances)(&q);
+    if (RTK_MODE & RTK_MODE_ANY)
+        return end;
+    rtk_query_finish(&q);
+    memcpy(hit, &q.best, sizeof *hit);
+    return hit->prim != RTK_INVALID;
+}
+
 /* What a hit of a shape lacks. */
 RTI_APART void RTK_NAME(one_finish)(const rtk_scene *scene, const rti_ray *ray, float time, rtk_hit *best)
 {
@@ -49,13 +90,14 @@ RTI_APART void RTK_NAME(one_finish)(const rtk_scene *scene, const rti_ray *ray, 
 
 static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
 {
-    const rtk_hit none = rtk_hit_none(ray->tmax);
     lone_given given;
     lone l;
     int end;
     if (!lone_fits(scene) || ray->mask == 0u || !lone_begin(&l, scene, ray, &given))
-        return RTK_NAME(one_plain)(scene, ray, time, hit);
-    end = lone_parts(&l, RTK_MODE, &given, scene->groups, RTK_INVALID, &none);
+        return RTK_NAME(one_other)(scene, ray, time, hit);
+    l.inst = RTK_INVALID;
+    lone_keep(&l, ray->tmax, 0.0f, 0.0f, RTK_INVALID, RTK_INVALID);
+    end = lone_parts(&l, RTK_MODE, &given, scene->groups);
     if (end == 0 && scene->instance_count != 0u) {
         end = lone_top_ready(&l, &given, scene, &scene->RTK_TOP_TREE);
         l.time = time;
@@ -63,11 +105,33 @@ static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time,
             end = RTK_NAME(one_top)(&l);
     }
     if (end < 0)
-        return RTK_NAME(one_plain)(scene, ray, time, hit);
+        return RTK_NAME(one_other)(scene, ray, time, hit);
     if (RTK_MODE & RTK_MODE_ANY)
         return end;
     if (l.best.inst != RTK_INVALID && scene->groups[scene->instances[l.best.inst].group].shape_count != 0u)
         RTK_NAME(one_finish)(scene, ray, time, &l.best);
     memcpy(hit, &l.best, sizeof l.best);
     return l.best.prim != RTK_INVALID;
+}
+
+/* Rays of a batch, one by one. */
+static void RTK_NAME(ones)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                           uint32_t count, const rti_scratch *scratch)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const rtk_trace_block *b = &rays[i / RTK_BLOCK];
+        const rtk_u32 k = i % RTK_BLOCK;
+        const float time = scratch->times ? scratch->times[i] : 0.0f;
+        rti_ray ray;
+        rti_hit hit;
+        rti_f4_store(ray.org, (rti_f4){b->ox[k], b->oy[k], b->oz[k], b->tmin[k]});
+        rti_f4_store(ray.dir, (rti_f4){b->dx[k], b->dy[k], b->dz[k], b->tmax[k]});
+        ray.mask = b->mask[k];
+        if (RTK_MODE & RTK_MODE_ANY) {
+            rti_lane_occluded(occluded, i, RTK_NAME(one)(scene, &ray, time, NULL));
+            continue;
+        }
+        RTK_NAME(one)(scene, &ray, time, &hit);
+        rti_lane_keep(hits, i, (rtk_hit){hit.t, hit.u, hit.v, hit.prim, hit.geom, hit.inst});
+    }
 }

@@ -1,5 +1,7 @@
 /* One mode of the walk by packets, behind that by single rays (single.inl), whose functions it calls. Included by modes.inl. */
 
+#include "bvh_one.inl"
+
 /* The rays of a packet for which more than triangles of the scene itself is to be asked, or that go singly, in a part. */
 static void RTK_NAME(packet_single)(packet *p, const rtk_part *part, uint64_t rays)
 {
@@ -123,7 +125,7 @@ static void RTK_NAME(packet_rest)(packet *p, rtk_u32 n, uint64_t valid, rtk_hit_
         rtk_query q;
         packet_query(p, i, &q);
         if (valid >> i & 1u && !(p->done >> i & 1u)) {
-            if (rtk_query_planes(&q, RTK_MODE, q.ray) || RTK_NAME(instances)(&q))
+            if (rtk_query_planes(&q, RTK_MODE, q.ray) || RTK_NAME(one_instances)(&q))
                 p->done |= (uint64_t)1u << i;
         }
         if (!(RTK_MODE & RTK_MODE_ANY))
@@ -304,7 +306,6 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
                               uint32_t count, rti_scratch *scratch);
 static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                            uint32_t count, rti_scratch *scratch);
-#include "bvh_one.inl"
 #include "bvh_placed.inl"
 
 /* Packets of coherent rays where there is more than that. */
@@ -313,7 +314,7 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
 {
     packet p;
     if (count < PACKET_FEW) {
-        RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
+        RTK_NAME(ones)(scene, rays, hits, occluded, count, scratch);
         return;
     }
     if (packet_plain(scene, scratch)) {
@@ -352,6 +353,6 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
     else if (placed_fits(scene, scratch, count))
         RTK_NAME(placed)(scene, rays, hits, occluded, count, scratch, 0);
     else
-        RTK_NAME(rays)(scene, rays, hits, occluded, count, scratch);
+        RTK_NAME(ones)(scene, rays, hits, occluded, count, scratch);
 }
 

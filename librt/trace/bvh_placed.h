@@ -17,16 +17,25 @@
 #define PLACED_FEW   32u    /* rays that go through an instance singly */
 #define PLACED_NEAR  2048u  /* coherent rays that go through one as coherent: fewer have hardly a leaf in common */
 #define PLACED_PIECE 256u   /* rays for whose lists there is no room: so many or fewer go on by themselves, more by halves */
+#define PLACED_LOOKS 32u    /* neighbours that are looked at */
 #define PLACED_LISTS (3u * PLACED)
 
-/* A ray as it meets the top level's boxes. */
+/* A ray as it meets the top level's boxes: inv as rtk_inverse has it, and from where to where it goes: t1 is its best hit at the
+ * most, and of any hits less than t0 when it has one. */
 typedef struct placed_ray {
     float org[3], inv[3], t0, t1;
 } placed_ray;
 
-/* A slot of a node that waits, or the node itself (PLACED_NODE), and its rays. behind: where room begins when it has its turn. */
+/* What else an instance's group is asked with; tmax: its best hit, or just behind. */
+typedef struct placed_rest {
+    float dir[3], tmin, tmax;
+    rtk_u32 mask, pad[2];
+} placed_rest;
+
+/* A slot of a node that waits, or the node itself (PLACED_NODE), and its rays. behind: where room begins when it has its turn; hits:
+ * how many were found before. */
 typedef struct placed_wait {
-    rtk_u32 node, slot, begin, size, behind;
+    rtk_u32 node, slot, begin, size, behind, hits;
 } placed_wait;
 #define PLACED_NODE RTK_BVH_WIDTH
 
@@ -34,10 +43,11 @@ typedef struct placed {
     _Alignas(64) rtk_trace_block own[PLACED / RTK_BLOCK]; /* an instance's rays, */
     rtk_hit_block found[PLACED / RTK_BLOCK];              /* and their hits */
     placed_ray ray[PLACED];
-    uint16_t list[PLACED_LISTS + 1u]; /* a ray is written before it is known to count */
-    uint8_t bits[PLACED];
+    placed_rest rest[PLACED];
+    uint16_t list[PLACED_LISTS + RTK_BLOCK]; /* as many more may be read and written */
+    uint16_t bits[RTK_BVH_WIDTH][PLACED / RTK_BLOCK];
     placed_wait wait[2u * (RTK_BVH_STACK + RTK_BVH_WIDTH)];
-    rtk_u32 top;
+    rtk_u32 top, hit_count, count;
     const rtk_scene *scene;
     const rtk_trace_block *rays; /* of the batch those that are under way, PLACED at most */
     rtk_hit_block *hits;
@@ -48,23 +58,12 @@ typedef struct placed {
 
 _Static_assert(sizeof(placed) <= RTI_TRACE_PLACED, "they fit into a room");
 _Static_assert(PLACED <= 0x10000u && PLACED % RTK_BLOCK == 0u, "lists hold sixteen bits");
+_Static_assert(sizeof(placed_ray) == 8u * sizeof(float) && sizeof(placed_rest) == sizeof(placed_ray), "eight fields in a row");
 
 /* Instances with planes are in the way of every ray. */
 RTI_VEC int placed_fits(const rtk_scene *scene, const rti_scratch *scratch, uint32_t count)
 {
     return scene->instance_count != 0u && scene->unbounded_count == 0u && scratch->room && count >= PLACED_LEAST;
-}
-
-RTI_VEC int placed_done(const placed *a, rtk_u32 i)
-{
-    return a->occluded[i / RTK_BLOCK] >> i % RTK_BLOCK & 1;
-}
-
-/* Behind this no hit is looked for. */
-RTI_VEC float placed_reach(const placed *a, rtk_u32 mode, rtk_u32 i)
-{
-    const float t1 = a->ray[i].t1;
-    return mode & RTK_MODE_ANY ? t1 : rtk_min(t1, a->hits[i / RTK_BLOCK].t[i % RTK_BLOCK]);
 }
 
 /* The slots of a node that a ray enters, and where. */
@@ -83,27 +82,92 @@ RTI_VEC rtk_u32 placed_open(const placed_ray *r, const rtk_bvhnode *n, float rea
     return bvh_open(n, &v, reach, t);
 }
 
-/* Where a ray enters a slot. */
-RTI_VEC float placed_enter(const placed_ray *r, const rtk_bvhnode *n, rtk_u32 slot)
+/* Fields of the records of the first of n rays of a list, one in each lane. Returns the lanes that count. */
+RTI_VEC rtk_u32 placed_fields(const float *records, const uint16_t *list, rtk_u32 n, vec f[8])
 {
-    float t = r->t0;
-    for (rtk_u32 k = 0u; k < 3u; k++)
-        t = rtk_max(t, (n->box[k][rtk_bits(r->inv[k]) >> 31][slot] - r->org[k]) * r->inv[k]);
-    return t;
+#ifdef RTI_PACK8
+    uint16_t some[RTK_BLOCK];
+    if (n >= RTI_SIMD) {
+        V(records)(records, list, f);
+        return LANES_ALL;
+    }
+    rti_u16_last(some, list, n);
+    V(records)(records, some, f);
+#else
+    float rows[8][RTI_SIMD];
+    for (rtk_u32 l = 0u; l < RTI_SIMD; l++)
+        for (rtk_u32 k = 0u; k < 8u; k++)
+            rows[k][l] = records[8u * list[l < n ? l : 0u] + k];
+    for (rtk_u32 k = 0u; k < 8u; k++)
+        f[k] = V(load)(rows[k]);
+    if (n >= RTI_SIMD)
+        return LANES_ALL;
+#endif
+    return (1u << n) - 1u;
+}
+
+/* Fields of records of RTI_SIMD rays in a row. */
+RTI_VEC void placed_keep(float *records, const vec f[8])
+{
+#ifdef RTI_PACK8
+    V(spread)(f, records, lane_eights);
+#else
+    float rows[8][RTI_SIMD];
+    for (rtk_u32 k = 0u; k < 8u; k++)
+        V(store)(rows[k], f[k]);
+    for (rtk_u32 l = 0u; l < RTI_SIMD; l++)
+        for (rtk_u32 k = 0u; k < 8u; k++)
+            records[8u * l + k] = rows[k][l];
+#endif
+}
+
+/* Of from[0] to from[15] those chosen by bits, side by side; sixteen places behind `to` may be written. Returns how many. */
+RTI_VEC rtk_u32 placed_put(uint16_t *to, const uint16_t *from, rtk_u32 bits)
+{
+#ifdef RTI_PACK8
+    return rti_u16_put(to, from, bits);
+#else
+    rtk_u32 n = 0u;
+    for (; bits != 0u; bits &= bits - 1u)
+        to[n++] = from[__builtin_ctz(bits)];
+    return n;
+#endif
+}
+
+/* Rays, as placed_fields has them, that enter a slot's box, and where. */
+RTI_VEC rtk_u32 placed_enter(const vec f[8], const rtk_bvhnode *n, rtk_u32 slot, vec *in)
+{
+    vec out = f[7];
+    *in = f[6];
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const vec x = (V(set)(n->box[k][0][slot]) - f[k]) * f[3u + k], y = (V(set)(n->box[k][1][slot]) - f[k]) * f[3u + k];
+        *in = V(max)(*in, V(min)(x, y));
+        out = V(min)(out, V(max)(x, y));
+    }
+    return VM(bits)(V(le)(*in, out));
 }
 
 /* Of the rays that waited for a slot those that still want it, side by side. Returns how many. */
-RTI_VEC rtk_u32 placed_still(placed *a, rtk_u32 mode, const placed_wait *w, const rtk_bvhnode *n)
+RTI_VEC rtk_u32 placed_still(placed *a, const placed_wait *w, const rtk_bvhnode *n)
 {
-    uint16_t *list = a->list + w->begin;
+    uint16_t *list = a->list + w->begin, last[RTK_BLOCK];
     rtk_u32 count = 0u;
-    for (rtk_u32 k = 0u; k < w->size; k++) {
-        const rtk_u32 i = list[k];
-        list[count] = (uint16_t)i;
-        if (mode & RTK_MODE_ANY)
-            count += !placed_done(a, i);
-        else
-            count += placed_enter(&a->ray[i], n, w->slot) <= placed_reach(a, mode, i);
+    if (w->hits == a->hit_count)
+        return w->size;
+    for (rtk_u32 k = 0u; k < w->size; k += RTK_BLOCK) {
+        rtk_u32 bits = 0u;
+        for (rtk_u32 h = 0u; h < RTK_BLOCK && k + h < w->size; h += RTI_SIMD) {
+            vec f[8], in;
+            const rtk_u32 lanes = placed_fields(a->ray[0].org, list + k + h, w->size - k - h, f);
+            bits |= (lanes & placed_enter(f, n, w->slot, &in)) << h;
+        }
+        if (k + RTK_BLOCK <= w->size) {
+            count += placed_put(list + count, list + k, bits);
+            continue;
+        }
+        const rtk_u32 some = placed_put(last, list + k, bits); /* what stands behind the list is another's */
+        for (rtk_u32 i = 0u; i < some; i++)
+            list[count++] = last[i];
     }
     return count;
 }
@@ -114,145 +178,164 @@ RTI_VEC float placed_reach_of(rtk_u32 mode, const placed_ray *r, const rtk_hit *
     return mode & RTK_MODE_ANY ? r->t1 : rtk_min(r->t1, best->t);
 }
 
+/* Which of the rays of w enter which of `some` slots of a node; counts them, and finds where each slot is entered first. Returns how
+ * many there are in all. */
+RTI_VEC rtk_u32 placed_meet(placed *a, const rtk_bvhnode *n, const placed_wait *w, const rtk_u32 *slots, rtk_u32 some,
+                            rtk_u32 count[RTK_BVH_WIDTH], float least[RTK_BVH_WIDTH])
+{
+    const uint16_t *list = a->list + w->begin;
+    vec first[RTK_BVH_WIDTH];
+    rtk_u32 all = 0u;
+    for (rtk_u32 i = 0u; i < some; i++) {
+        first[i] = V(set)(RTK_INF);
+        count[i] = 0u;
+    }
+    for (rtk_u32 k = 0u; k < w->size; k += RTK_BLOCK) {
+        for (rtk_u32 i = 0u; i < some; i++)
+            a->bits[i][k / RTK_BLOCK] = 0u;
+        for (rtk_u32 h = 0u; h < RTK_BLOCK && k + h < w->size; h += RTI_SIMD) {
+            vec f[8];
+            const rtk_u32 lanes = placed_fields(a->ray[0].org, list + k + h, w->size - k - h, f);
+            for (rtk_u32 i = 0u; i < some; i++) {
+                vec in;
+                const rtk_u32 enter = lanes & placed_enter(f, n, slots[i], &in);
+                first[i] = V(min)(first[i], V(select)(VM(of)(enter), in, V(set)(RTK_INF)));
+                a->bits[i][k / RTK_BLOCK] |= (uint16_t)(enter << h);
+                count[i] += (rtk_u32)__builtin_popcount(enter);
+            }
+        }
+    }
+    for (rtk_u32 i = 0u; i < some; i++) {
+        float t[RTI_SIMD];
+        V(store)(t, first[i]);
+        least[i] = t[0];
+        for (rtk_u32 l = 1u; l < RTI_SIMD; l++)
+            least[i] = rtk_min(least[i], t[l]);
+        all += count[i];
+    }
+    return all;
+}
+
 /* Opens the node w for its rays: its slots wait, the nearest on top. 0: there is no room for their lists. */
-RTI_VEC int placed_node(placed *a, rtk_u32 mode, const rtk_bvhnode *nodes, const placed_wait *w)
+RTI_VEC int placed_node(placed *a, const rtk_bvhnode *nodes, const placed_wait *w)
 {
     const rtk_bvhnode *n = &nodes[w->node];
     const uint16_t *list = a->list + w->begin;
-    const rtk_u32 size = w->size;
-    rtk_u32 count[RTK_BVH_WIDTH] = {0u}, slots[RTK_BVH_WIDTH], some = 0u, used = w->behind, all = 0u;
+    rtk_u32 count[RTK_BVH_WIDTH], slots[RTK_BVH_WIDTH], order[RTK_BVH_WIDTH], some = 0u, used = w->behind, waits = 0u;
     float least[RTK_BVH_WIDTH];
     for (rtk_u32 s = 0u; s < RTK_BVH_WIDTH; s++)
-        least[s] = RTK_INF;
-    for (rtk_u32 k = 0u; k < size; k++) {
-        float t[RTK_BVH_WIDTH];
-        const rtk_u32 bits = (mode & RTK_MODE_ANY) && placed_done(a, list[k])
-                                 ? 0u
-                                 : placed_open(&a->ray[list[k]], n, placed_reach(a, mode, list[k]), t);
-        a->bits[k] = (uint8_t)bits;
-        for (rtk_u32 l = bits; l != 0u; l &= l - 1u) {
-            const rtk_u32 s = (rtk_u32)__builtin_ctz(l);
-            count[s]++;
-            all++;
-            least[s] = rtk_min(least[s], t[s]);
-        }
-    }
-    if (all > PLACED_LISTS - used)
+        if (n->box[0][0][s] <= n->box[0][1][s]) /* others are empty */
+            slots[some++] = s;
+    if (placed_meet(a, n, w, slots, some, count, least) > PLACED_LISTS - used)
         return 0;
-    for (rtk_u32 s = 0u; s < RTK_BVH_WIDTH; s++) {
-        rtk_u32 to = some;
-        if (count[s] == 0u)
-            continue;
-        for (; to > 0u && least[slots[to - 1u]] < least[s]; to--)
-            slots[to] = slots[to - 1u];
-        slots[to] = s;
-        some++;
-    }
     for (rtk_u32 i = 0u; i < some; i++) {
-        const rtk_u32 s = slots[i];
-        a->wait[a->top++] = (placed_wait){w->node, s, used, count[s], used + count[s]};
-        for (rtk_u32 k = 0u; k < size; k++) {
-            a->list[used] = list[k];
-            used += a->bits[k] >> s & 1u;
-        }
+        rtk_u32 to = waits;
+        if (count[i] == 0u)
+            continue;
+        for (; to > 0u && least[order[to - 1u]] < least[i]; to--)
+            order[to] = order[to - 1u];
+        order[to] = i;
+        waits++;
+    }
+    for (rtk_u32 j = 0u; j < waits; j++) {
+        const rtk_u32 i = order[j];
+        a->wait[a->top++] = (placed_wait){w->node, slots[i], used, count[i], used + count[i], a->hit_count};
+        for (rtk_u32 k = 0u; k < w->size; k += RTK_BLOCK)
+            used += placed_put(a->list + used, list + k, a->bits[i][k / RTK_BLOCK]);
     }
     return 1;
 }
 
 /* Where ray i ends: at its best hit, or just behind. */
-RTI_VEC float placed_end(const placed *a, rtk_u32 mode, rtk_u32 i, float tmax)
+RTI_VEC float placed_end(const rtk_hit_block *hits, rtk_u32 k, float tmax)
 {
-    const rtk_hit_block *h = mode & RTK_MODE_ANY ? NULL : &a->hits[i / RTK_BLOCK];
-    return h && h->prim[i % RTK_BLOCK] != RTK_INVALID ? moved_above(h->t[i % RTK_BLOCK]) : tmax;
+    return hits && hits->prim[k] != RTK_INVALID ? moved_above(hits->t[k]) : tmax;
 }
 
-/* Rays of the lanes of a block into an instance's space: rtk_instance_ray. times: of each ray, where it moves (NULL: all are at
- * 0). */
-RTI_VEC void placed_turn(rtk_trace_block *b, const rtk_scene *scene, const rtk_instance *inst, const float *times,
-                         const uint16_t *list, rtk_u32 n)
+/* Rays of a list that become those that go through an instance (rtk_instance_ray). times: of each ray, where it moves (NULL: all
+ * are at 0). What is in lanes behind them is a ray, too. */
+RTI_VEC void placed_move(placed *a, const rtk_instance *inst, const uint16_t *list, rtk_u32 n)
 {
-    const float *m = inst->to_object.m;
-    if (inst->flags & RTK_INST_MOVING) {
-        for (rtk_u32 k = 0u; k < n; k++) {
-            rtk_vec3 org = rtk_v3(b->ox[k], b->oy[k], b->oz[k]), dir = rtk_v3(b->dx[k], b->dy[k], b->dz[k]);
-            rtk_instance_ray(scene->motions, inst, times ? times[list[k]] : 0.0f, &org, &dir);
-            b->ox[k] = org.x;
-            b->oy[k] = org.y;
-            b->oz[k] = org.z;
-            b->dx[k] = dir.x;
-            b->dy[k] = dir.y;
-            b->dz[k] = dir.z;
-        }
-        return;
-    }
-    for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD) {
-        const vec x = V(load)(b->ox + k), y = V(load)(b->oy + k), z = V(load)(b->oz + k);
-        const vec dx = V(load)(b->dx + k), dy = V(load)(b->dy + k), dz = V(load)(b->dz + k);
-#define ROW(i) V(set)(m[i]) * x + V(set)(m[(i) + 1]) * y + V(set)(m[(i) + 2]) * z + V(set)(m[(i) + 3])
-        V(store)(b->ox + k, ROW(0));
-        V(store)(b->oy + k, ROW(4));
-        V(store)(b->oz + k, ROW(8));
-#undef ROW
-#define ROW(i) V(set)(m[i]) * dx + V(set)(m[(i) + 1]) * dy + V(set)(m[(i) + 2]) * dz
-        V(store)(b->dx + k, ROW(0));
-        V(store)(b->dy + k, ROW(4));
-        V(store)(b->dz + k, ROW(8));
-#undef ROW
-    }
-}
-
-/* n rays of a list become those that go through an instance. What is in lanes behind them is a ray, too. */
-RTI_VEC void placed_move(placed *a, rtk_u32 mode, const rtk_instance *inst, const uint16_t *list, rtk_u32 n)
-{
-    for (rtk_u32 first = 0u; first < n; first += RTK_BLOCK) {
-        rtk_trace_block *b = &a->own[first / RTK_BLOCK];
-        const rtk_u32 some = rtk_umin(n - first, RTK_BLOCK);
-        list += first ? RTK_BLOCK : 0u;
-        if (some == RTK_BLOCK && list[0] % RTK_BLOCK == 0u && list[RTK_BLOCK - 1u] == list[0] + RTK_BLOCK - 1u) {
-            *b = a->rays[list[0] / RTK_BLOCK]; /* lists keep their order */
-        } else {
-            for (rtk_u32 k = 0u; k < RTK_BLOCK; k++) {
-                const rtk_u32 i = list[k < some ? k : 0u];
-                const rtk_trace_block *from = &a->rays[i / RTK_BLOCK];
-                b->ox[k] = from->ox[i % RTK_BLOCK];
-                b->oy[k] = from->oy[i % RTK_BLOCK];
-                b->oz[k] = from->oz[i % RTK_BLOCK];
-                b->dx[k] = from->dx[i % RTK_BLOCK];
-                b->dy[k] = from->dy[i % RTK_BLOCK];
-                b->dz[k] = from->dz[i % RTK_BLOCK];
-                b->tmin[k] = from->tmin[i % RTK_BLOCK];
-                b->tmax[k] = from->tmax[i % RTK_BLOCK];
-                b->mask[k] = from->mask[i % RTK_BLOCK];
+    const float *m = inst->to_object.m, *times = a->scratch->times;
+    const int moving = (inst->flags & RTK_INST_MOVING) != 0u;
+    for (rtk_u32 at = 0u; at < n; at += RTI_SIMD) {
+        rtk_trace_block *b = &a->own[at / RTK_BLOCK];
+        const rtk_u32 k = at % RTK_BLOCK;
+        vec r[8], s[8];
+        placed_fields(a->ray[0].org, list + at, n - at, r);
+        placed_fields(a->rest[0].dir, list + at, n - at, s);
+        if (!moving) {
+            const vec o[3] = {r[0], r[1], r[2]}, d[3] = {s[0], s[1], s[2]};
+            for (rtk_u32 i = 0u; i < 3u; i++) {
+                const float *row = m + 4u * i;
+                r[i] = V(set)(row[0]) * o[0] + V(set)(row[1]) * o[1] + V(set)(row[2]) * o[2] + V(set)(row[3]);
+                s[i] = V(set)(row[0]) * d[0] + V(set)(row[1]) * d[1] + V(set)(row[2]) * d[2];
             }
         }
-        for (rtk_u32 k = 0u; k < some; k++) {
-            b->tmax[k] = placed_end(a, mode, list[k], b->tmax[k]);
-            b->mask[k] &= inst->mask;
+        V(store)(b->ox + k, r[0]);
+        V(store)(b->oy + k, r[1]);
+        V(store)(b->oz + k, r[2]);
+        V(store)(b->dx + k, s[0]);
+        V(store)(b->dy + k, s[1]);
+        V(store)(b->dz + k, s[2]);
+        V(store)(b->tmin + k, s[3]);
+        V(store)(b->tmax + k, s[4]);
+        V(store)((float *)(void *)(b->mask + k), s[5]);
+        for (rtk_u32 l = 0u; l < RTI_SIMD; l++)
+            b->mask[k + l] &= inst->mask;
+        for (rtk_u32 l = 0u; moving && l < RTI_SIMD && at + l < n; l++) {
+            rtk_vec3 org = rtk_v3(b->ox[k + l], b->oy[k + l], b->oz[k + l]), dir = rtk_v3(b->dx[k + l], b->dy[k + l], b->dz[k + l]);
+            rtk_motion_ray(a->scene->motions, inst, times ? times[list[at + l]] : 0.0f, &org, &dir);
+            b->ox[k + l] = org.x;
+            b->oy[k + l] = org.y;
+            b->oz[k + l] = org.z;
+            b->dx[k + l] = dir.x;
+            b->dy[k + l] = dir.y;
+            b->dz[k + l] = dir.z;
         }
-        placed_turn(b, a->scene, inst, a->scratch->times, list, some);
     }
+}
+
+/* Ray i has a hit, where any will do. */
+RTI_VEC void placed_stop(placed *a, rtk_u32 i)
+{
+    a->occluded[i / RTK_BLOCK] |= (uint16_t)(1u << i % RTK_BLOCK);
+    a->ray[i].t1 = -RTK_INF;
+    a->hit_count++;
 }
 
 /* A hit of ray i is taken if it comes before its best one. */
 RTI_VEC void placed_take(placed *a, rtk_u32 i, rtk_hit hit)
 {
     const rtk_hit best = rti_lane_best(a->hits, i);
-    if (hit.prim != RTK_INVALID && rtk_hit_less(hit.t, hit.inst, hit.geom, hit.prim, best.t, best.inst, best.geom, best.prim))
-        rti_lane_keep(a->hits, i, hit);
+    if (hit.prim == RTK_INVALID || !rtk_hit_less(hit.t, hit.inst, hit.geom, hit.prim, best.t, best.inst, best.geom, best.prim))
+        return;
+    rti_lane_keep(a->hits, i, hit);
+    a->ray[i].t1 = rtk_min(a->ray[i].t1, hit.t);
+    a->rest[i].tmax = moved_above(hit.t);
+    a->hit_count++;
 }
 
 /* What the group's tracer has found of an instance's rays. */
 RTI_VEC void placed_merge(placed *a, rtk_u32 mode, const rtk_instance *inst, const uint16_t *list, rtk_u32 n)
 {
     const uint16_t *any = (const uint16_t *)(const void *)a->found;
-    for (rtk_u32 k = 0u; k < n; k++) {
-        const rtk_u32 i = list[k];
-        if (mode & RTK_MODE_ANY) {
-            a->occluded[i / RTK_BLOCK] |= (uint16_t)((any[k / RTK_BLOCK] >> k % RTK_BLOCK & 1u) << i % RTK_BLOCK);
-        } else {
-            rtk_hit hit = rti_lane_best(a->found, k);
-            hit.inst = inst->id;
-            placed_take(a, i, hit);
+    for (rtk_u32 first = 0u; first < n; first += RTK_BLOCK) {
+        const rtk_hit_block *h = &a->found[first / RTK_BLOCK];
+        rtk_u32 bits = 0u;
+        if (mode & RTK_MODE_ANY)
+            bits = any[first / RTK_BLOCK];
+        else
+            for (rtk_u32 k = 0u; k < RTK_BLOCK; k++)
+                bits |= (rtk_u32)(h->prim[k] != RTK_INVALID) << k;
+        if (n - first < RTK_BLOCK)
+            bits &= (1u << (n - first)) - 1u;
+        for (; bits != 0u; bits &= bits - 1u) {
+            const rtk_u32 k = (rtk_u32)__builtin_ctz(bits), i = list[first + k];
+            if (mode & RTK_MODE_ANY)
+                placed_stop(a, i);
+            else
+                placed_take(a, i, (rtk_hit){h->t[k], h->u[k], h->v[k], h->prim[k], h->geom[k], inst->id});
         }
     }
 }
@@ -274,20 +357,34 @@ RTI_VEC rtk_u32 placed_load(placed *a, rtk_u32 mode, rtk_u32 first, rtk_u32 coun
     if (mode & RTK_MODE_ANY)
         lanes &= ~((rtk_u32)a->occluded[first / RTK_BLOCK] >> k);
     lanes = packet_rays_enter(r.org, r.inv, r.tmin, r.tmax, lanes, &top, &t0, &t1, far);
-    const vec fields[8] = {r.org[0], r.org[1], r.org[2], r.inv[0], r.inv[1], r.inv[2], t0, t1};
-#ifdef RTI_PACK8
-    V(spread)(fields, a->ray[first].org, lane_eights);
-#else
-    float rows[8][RTI_SIMD];
-    for (rtk_u32 f = 0u; f < 8u; f++)
-        V(store)(rows[f], fields[f]);
-    for (rtk_u32 l = 0u; l < RTI_SIMD; l++)
-        a->ray[first + l] =
-            (placed_ray){{rows[0][l], rows[1][l], rows[2][l]}, {rows[3][l], rows[4][l], rows[5][l]}, rows[6][l], rows[7][l]};
-#endif
+    vec end = r.tmax;
+    if (!(mode & RTK_MODE_ANY)) {
+        const rtk_hit_block *h = &a->hits[first / RTK_BLOCK];
+        float ends[RTI_SIMD];
+        for (rtk_u32 l = 0u; l < RTI_SIMD; l++)
+            ends[l] = placed_end(h, k + l, a->rays[first / RTK_BLOCK].tmax[k + l]);
+        end = V(load)(ends);
+        t1 = V(min)(t1, V(load)(h->t + k));
+    }
+    placed_keep(a->ray[first].org, (vec[8]){r.org[0], r.org[1], r.org[2], r.inv[0], r.inv[1], r.inv[2], t0, t1});
+    placed_keep(a->rest[first].dir, (vec[8]){r.dir[0], r.dir[1], r.dir[2], r.tmin, end,
+                                             V(load)((const float *)(const void *)(a->rays[first / RTK_BLOCK].mask + k)), t0, t1});
     return lanes;
 }
-_Static_assert(sizeof(placed_ray) == 8u * sizeof(float), "a ray is eight fields in a row");
+
+/* Do rays that stand beside each other in a list go the same way, so that packets of them are worth it? Some tell. */
+RTI_VEC int placed_alike(const placed *a, const uint16_t *list, rtk_u32 n)
+{
+    const rtk_u32 step = rtk_umax(n / PLACED_LOOKS, 1u);
+    rtk_u32 alike = 0u, all = 0u;
+    for (rtk_u32 k = 0u; k + 1u < n; k += step, all++) {
+        const float *p = a->rest[list[k]].dir, *q = a->rest[list[k + 1u]].dir;
+        const rtk_vec3 v = rtk_v3(p[0], p[1], p[2]), w = rtk_v3(q[0], q[1], q[2]);
+        const float both = rtk_dot3(v, w);
+        alike += both > 0.0f && 4.0f * both * both > rtk_dot3(v, v) * rtk_dot3(w, w);
+    }
+    return 2u * alike > all;
+}
 
 /* A scene of one group and nothing else. */
 RTI_VEC rtk_scene placed_scene(const rtk_scene *scene, rtk_u32 group)

@@ -26,19 +26,19 @@ RTI_VEC void RTK_NAME(placed_query)(const placed *a, rtk_u32 i, rtk_query *q)
 /* A ray that goes by itself, and its best hit so far. */
 RTI_VEC rti_ray RTK_NAME(placed_one)(const placed *a, rtk_u32 i, rtk_hit *best)
 {
-    const rtk_trace_block *b = &a->rays[i / RTK_BLOCK];
-    const rtk_u32 k = i % RTK_BLOCK;
-    *best = RTK_MODE & RTK_MODE_ANY ? rtk_hit_none(b->tmax[k]) : rti_lane_best(a->hits, i);
-    return (rti_ray){{b->ox[k], b->oy[k], b->oz[k]}, b->tmin[k], {b->dx[k], b->dy[k], b->dz[k]}, b->tmax[k], b->mask[k]};
+    const placed_ray *r = &a->ray[i];
+    const placed_rest *s = &a->rest[i];
+    *best = RTK_MODE & RTK_MODE_ANY ? rtk_hit_none(s->tmax) : rti_lane_best(a->hits, i);
+    return (rti_ray){{r->org[0], r->org[1], r->org[2]}, s->tmin, {s->dir[0], s->dir[1], s->dir[2]}, s->tmax, s->mask};
 }
 
 /* What such a ray has found. */
 RTI_VEC void RTK_NAME(placed_answer)(placed *a, rtk_u32 i, const rtk_hit *best, int end)
 {
-    if (RTK_MODE & RTK_MODE_ANY)
-        a->occluded[i / RTK_BLOCK] |= (uint16_t)((end ? 1u : 0u) << i % RTK_BLOCK);
-    else
-        rti_lane_keep(a->hits, i, *best);
+    if (!(RTK_MODE & RTK_MODE_ANY))
+        placed_take(a, i, *best);
+    else if (end)
+        placed_stop(a, i);
 }
 
 /* A ray through all of the top level by itself. */
@@ -46,7 +46,7 @@ RTI_APART void RTK_NAME(placed_alone)(placed *a, rtk_u32 i)
 {
     rtk_query q;
     RTK_NAME(placed_query)(a, i, &q);
-    const int end = RTK_NAME(instances)(&q);
+    const int end = RTK_NAME(one_instances)(&q);
     RTK_NAME(placed_answer)(a, i, &q.best, end);
 }
 
@@ -105,7 +105,8 @@ static void RTK_NAME(placed_instance)(placed *a, rtk_u32 ref, const uint16_t *li
     if (inst->mask == 0u)
         return;
     /* an alpha map may be of the instance's material, of which the group knows nothing */
-    if (n < PLACED_FEW || (!(g->flags & RTK_GROUP_PLAIN) && inst->material != RTK_INVALID)) {
+    if (n < PLACED_FEW || (!(g->flags & RTK_GROUP_PLAIN) && inst->material != RTK_INVALID) ||
+        (g->shape_count != 0u && !a->coherent && !placed_alike(a, list, n))) {
         for (rtk_u32 k = 0u; k < n; k++) {
             rtk_hit best;
             const rti_ray ray = RTK_NAME(placed_one)(a, list[k], &best);
@@ -115,9 +116,10 @@ static void RTK_NAME(placed_instance)(placed *a, rtk_u32 ref, const uint16_t *li
         }
         return;
     }
-    placed_move(a, RTK_MODE, inst, list, n);
+    placed_move(a, inst, list, n);
     RTK_NAME(placed_group)(a, inst->group, a->own, RTK_MODE & RTK_MODE_ANY ? NULL : a->found,
-                           RTK_MODE & RTK_MODE_ANY ? (uint16_t *)(void *)a->found : NULL, n, a->coherent && n >= PLACED_NEAR);
+                           RTK_MODE & RTK_MODE_ANY ? (uint16_t *)(void *)a->found : NULL, n,
+                           a->coherent && (n >= PLACED_NEAR || 2u * n >= a->count));
     placed_merge(a, RTK_MODE, inst, list, n);
 }
 
@@ -128,7 +130,10 @@ static void RTK_NAME(placed_leaf)(placed *a, placed_wait w)
     const rtk_bvhnode *n = &tree.bvh[w.node];
     for (rtk_u32 k = 0u; k < n->count[w.slot]; k++) {
         if (k != 0u)
-            w.size = placed_still(a, RTK_MODE, &w, n);
+            w.size = placed_still(a, &w, n);
+        w.hits = a->hit_count;
+        if (w.size == 0u)
+            return;
         RTK_NAME(placed_instance)(a, tree.refs[n->child[w.slot] + k], a->list + w.begin, w.size);
     }
 }
@@ -137,13 +142,13 @@ static void RTK_NAME(placed_leaf)(placed *a, placed_wait w)
 static void RTK_NAME(placed_top)(placed *a, rtk_u32 size)
 {
     const rtk_tree tree = a->scene->RTK_TOP_TREE;
-    a->wait[0] = (placed_wait){0u, PLACED_NODE, 0u, size, size};
+    a->wait[0] = (placed_wait){0u, PLACED_NODE, 0u, size, size, 0u};
     a->top = 1u;
     while (a->top != 0u) {
         placed_wait w = a->wait[--a->top];
         const rtk_bvhnode *n = &tree.bvh[w.node];
         if (w.slot != PLACED_NODE) {
-            w.size = placed_still(a, RTK_MODE, &w, n);
+            w.size = placed_still(a, &w, n);
             if (w.size == 0u)
                 continue;
             if (n->count[w.slot] != 0u) {
@@ -153,14 +158,14 @@ static void RTK_NAME(placed_top)(placed *a, rtk_u32 size)
             w.node = n->child[w.slot];
             w.slot = PLACED_NODE;
         }
-        while (!placed_node(a, RTK_MODE, tree.bvh, &w)) {
+        while (!placed_node(a, tree.bvh, &w)) {
             if (w.size <= PLACED_PIECE || a->top + RTK_BVH_WIDTH >= sizeof a->wait / sizeof *a->wait) {
                 for (rtk_u32 k = 0u; k < w.size; k++)
                     RTK_NAME(placed_below)(a, a->list[w.begin + k], w.node);
                 break;
             }
             const rtk_u32 half = w.size / 2u;
-            a->wait[a->top++] = (placed_wait){w.node, PLACED_NODE, w.begin + half, w.size - half, w.behind};
+            a->wait[a->top++] = (placed_wait){w.node, PLACED_NODE, w.begin + half, w.size - half, w.behind, w.hits};
             w.size = half;
         }
     }
@@ -250,9 +255,13 @@ static void RTK_NAME(placed_moved)(placed *a, rtk_u32 count)
     const rtk_trace_block *given = a->rays;
     rtk_hit_block *hits = a->hits;
     uint16_t *occluded = a->occluded, *any = m->moved.tied;
+    const int coherent = a->coherent;
     for (rtk_u32 i = 0u; i < count; i += RTK_BLOCK) {
         const rtk_u32 b = i / RTK_BLOCK;
-        moved_block(&m->moved, b, rtk_umin(count - i, RTK_BLOCK), &given[b], &top);
+        rtk_trace_block own = given[b];
+        for (rtk_u32 k = 0u; k < RTK_BLOCK && hits; k++) /* what is behind a hit of the scene's own need not be found */
+            own.tmax[k] = placed_end(&hits[b], k, own.tmax[k]);
+        moved_block(&m->moved, b, rtk_umin(count - i, RTK_BLOCK), &own, &top);
         if (!(RTK_MODE & RTK_MODE_ANY)) {
             pencil_none(&m->moved.own[b], &m->found[b], RTK_BLOCK);
             continue;
@@ -264,6 +273,7 @@ static void RTK_NAME(placed_moved)(placed *a, rtk_u32 count)
     a->rays = m->moved.own;
     a->hits = m->found;
     a->occluded = any;
+    a->coherent = 0; /* as in bvh_moved.inl */
     RTK_NAME(placed_all)(a, count);
 #if !(RTK_MODE & 1)
     RTK_NAME(placed_ties)(a, m, given, count);
@@ -271,6 +281,7 @@ static void RTK_NAME(placed_moved)(placed *a, rtk_u32 count)
     a->rays = given;
     a->hits = hits;
     a->occluded = occluded;
+    a->coherent = coherent;
     for (rtk_u32 b = 0u; RTK_MODE & RTK_MODE_ANY && b < (count + RTK_BLOCK - 1u) / RTK_BLOCK; b++)
         occluded[b] |= any[b];
     for (rtk_u32 i = 0u; i < count; i++) {
@@ -296,6 +307,8 @@ static void RTK_NAME(placed)(const rtk_scene *scene, const rtk_trace_block *rays
         a->hits = hits ? hits + first / RTK_BLOCK : NULL;
         a->occluded = occluded ? occluded + first / RTK_BLOCK : NULL;
         scratch->times = times ? times + first : NULL;
+        a->count = n;
+        a->hit_count = 0u;
         RTK_NAME(placed_own)(a, n);
         if (scene->top_lo.x <= scene->top_hi.x && moved_many(a->rays, n, scene->top_lo, scene->top_hi, scene->top_scale))
             RTK_NAME(placed_moved)(a, n);

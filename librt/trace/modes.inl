@@ -1,8 +1,9 @@
 /* A tracer's functions, from one body compiled once a mode.
  *
  * Template. The including file defines RTI_TRACER_NAME; RTI_MODE_INL, the body: it defines RTK_NAME(rays) for the mode RTK_MODE
- * (single.inl is the one for one ray at a time); and what that asks for. RTI_PACKET_INL, if it is defined, gives
- * RTK_NAME(packets) for closest and any hit of coherent batches, RTK_NAME(lone) for those of others, and RTK_NAME(one).
+ * (single.inl is the one for one ray at a time); and what that asks for. RTI_PACKET_INL, if it is defined, gives for closest and
+ * any hit RTK_NAME(packets) of coherent batches, RTK_NAME(lone) of others, and RTK_NAME(one); RTK_NAME(rays) is not asked for them
+ * then.
  */
 #include "lane.h"
 #include "tracers.h"
@@ -13,16 +14,18 @@
 
 #define RTK_MODE 0
 #include RTI_MODE_INL
-#include "one.inl"
 #ifdef RTI_PACKET_INL
 #include RTI_PACKET_INL
+#else
+#include "one.inl"
 #endif
 #undef RTK_MODE
 #define RTK_MODE 1 /* any */
 #include RTI_MODE_INL
-#include "one.inl"
 #ifdef RTI_PACKET_INL
 #include RTI_PACKET_INL
+#else
+#include "one.inl"
 #endif
 #undef RTK_MODE
 #define RTK_MODE 2 /* after */

@@ -1,6 +1,7 @@
 /* One mode of a tracer that takes one ray at a time. Included by modes.inl. */
 #include "../kernel/scene_trace.inl"
 
+#if RTK_MODE > 1 || !defined RTI_PACKET_INL
 static void RTK_NAME(rays)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                            uint32_t count, rti_scratch *scratch)
 {
@@ -18,3 +19,4 @@ static void RTK_NAME(rays)(const rtk_scene *scene, const rtk_trace_block *rays, 
             rti_lane_count(&q, i, scratch);
     }
 }
+#endif

@@ -27,7 +27,7 @@ typedef struct rti_steps {
  * are instances. */
 #define RTI_TRACE_STREAMS ((size_t)5632 << 10)
 #define RTI_TRACE_MOVED   ((size_t)704 << 10)
-#define RTI_TRACE_PLACED  ((size_t)1664 << 10)
+#define RTI_TRACE_PLACED  ((size_t)2176 << 10)
 #define RTI_TRACE_TOP     ((size_t)1088 << 10)
 #define RTI_TRACE_PLAIN   (RTI_TRACE_STREAMS + RTI_TRACE_MOVED)
 #define RTI_TRACE_ROOM    (RTI_TRACE_PLAIN + RTI_TRACE_PLACED + RTI_TRACE_TOP)
