@@ -3,9 +3,11 @@
  *
  * Lists of rays go through the top level's nodes as they go through a stream's: a node is opened once for all rays that come to
  * it, the slots wait with the lists of those that enter them, the nearest on top; where there is no room for lists, half of the
- * rays go on while the others wait. An instance gets the list of its leaf. Its rays are moved into the group's space as one ray
- * is (rtk_instance_ray), so whatever the group's tracer finds of them is what it would find of each by itself. They end at their
- * best hits so far, or just behind: equal hits are decided by the order of hits.
+ * rays go on while the others wait. A node's slots are met by as many rays at a time as vectors have lanes, and a list is put
+ * together by bits; a ray stands in two records of eight words. An instance gets the list of its leaf. Its rays are moved into the
+ * group's space as one ray is (rtk_instance_ray), so whatever the group's tracer finds of them is what it would find of each by
+ * itself. They end at their best hits so far, or just behind: equal hits are decided by the order of hits. A few rays go through
+ * it one by one (bvh_one.inl).
  */
 #ifndef RTI_BVH_PLACED_H
 #define RTI_BVH_PLACED_H
@@ -32,8 +34,8 @@ typedef struct placed_rest {
     rtk_u32 mask, pad[2];
 } placed_rest;
 
-/* A slot of a node that waits, or the node itself (PLACED_NODE), and its rays. behind: where room begins when it has its turn; hits:
- * how many were found before. */
+/* A slot of a node that waits, or the node itself (PLACED_NODE), and its rays. behind: where room begins when it has its turn;
+ * hits: how many were found before. */
 typedef struct placed_wait {
     rtk_u32 node, slot, begin, size, behind, hits;
 } placed_wait;
@@ -147,10 +149,11 @@ RTI_VEC rtk_u32 placed_enter(const vec f[8], const rtk_bvhnode *n, rtk_u32 slot,
     return VM(bits)(V(le)(*in, out));
 }
 
-/* Of the rays that waited for a slot those that still want it, side by side. Returns how many. */
+/* Of the rays that waited for a slot those that still want it, side by side. Returns how many. What stands behind the list of a
+ * slot that has its turn is of slots that had theirs. */
 RTI_VEC rtk_u32 placed_still(placed *a, const placed_wait *w, const rtk_bvhnode *n)
 {
-    uint16_t *list = a->list + w->begin, last[RTK_BLOCK];
+    uint16_t *list = a->list + w->begin;
     rtk_u32 count = 0u;
     if (w->hits == a->hit_count)
         return w->size;
@@ -161,13 +164,7 @@ RTI_VEC rtk_u32 placed_still(placed *a, const placed_wait *w, const rtk_bvhnode 
             const rtk_u32 lanes = placed_fields(a->ray[0].org, list + k + h, w->size - k - h, f);
             bits |= (lanes & placed_enter(f, n, w->slot, &in)) << h;
         }
-        if (k + RTK_BLOCK <= w->size) {
-            count += placed_put(list + count, list + k, bits);
-            continue;
-        }
-        const rtk_u32 some = placed_put(last, list + k, bits); /* what stands behind the list is another's */
-        for (rtk_u32 i = 0u; i < some; i++)
-            list[count++] = last[i];
+        count += placed_put(list + count, list + k, bits);
     }
     return count;
 }
@@ -178,8 +175,8 @@ RTI_VEC float placed_reach_of(rtk_u32 mode, const placed_ray *r, const rtk_hit *
     return mode & RTK_MODE_ANY ? r->t1 : rtk_min(r->t1, best->t);
 }
 
-/* Which of the rays of w enter which of `some` slots of a node; counts them, and finds where each slot is entered first. Returns how
- * many there are in all. */
+/* Which of the rays of w enter which of `some` slots of a node; counts them, and finds where each slot is entered first. Returns
+ * how many there are in all. */
 RTI_VEC rtk_u32 placed_meet(placed *a, const rtk_bvhnode *n, const placed_wait *w, const rtk_u32 *slots, rtk_u32 some,
                             rtk_u32 count[RTK_BVH_WIDTH], float least[RTK_BVH_WIDTH])
 {

@@ -178,7 +178,28 @@ static void same_hits(const rtk_scene *scene, const char *tracer, rti_isa isa, u
                      got_any[i / RTK_BLOCK] >> i % RTK_BLOCK & 1);
 }
 
-/* A tracer at every level, marked as coherent and not, with and without shapes' parameters. */
+/* Each ray by itself. */
+static void ask_alone(const rtk_scene *scene, const rti_tracer *tracer, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const rtk_trace_block *b = &rays[i / RTK_BLOCK];
+        rtk_hit_block *h = &got[i / RTK_BLOCK];
+        const uint32_t k = i % RTK_BLOCK;
+        const rti_ray ray = {{b->ox[k], b->oy[k], b->oz[k]}, b->tmin[k], {b->dx[k], b->dy[k], b->dz[k]}, b->tmax[k], b->mask[k]};
+        rti_hit hit;
+        const int any = tracer->one(scene, &ray, times[i], NULL), met = tracer->one(scene, &ray, times[i], &hit);
+        assert_int_equal(met != 0, hit.prim != RTK_INVALID);
+        got_any[i / RTK_BLOCK] = (uint16_t)((k ? got_any[i / RTK_BLOCK] : 0) | (any != 0) << k);
+        h->t[k] = hit.t;
+        h->u[k] = hit.u;
+        h->v[k] = hit.v;
+        h->prim[k] = hit.prim;
+        h->geom[k] = hit.geom;
+        h->inst[k] = hit.inst;
+    }
+}
+
+/* A tracer at every level, marked as coherent and not, with and without shapes' parameters; and ray by ray. */
 static void against_brute(rt_scene *scene, const char *name, void *room, uint32_t count)
 {
     rt_tree_query query = rt_tree_query_default();
@@ -196,6 +217,10 @@ static void against_brute(rt_scene *scene, const char *name, void *room, uint32_
             tracer->occluded(&look.snapshot->view, rays, got_any, count, flags, &scratch);
             assert_ptr_equal(scratch.times, times);
             same_hits(&look.snapshot->view, name, (rti_isa)isa, flags, count, scratch.bare);
+        }
+        if (rti_isa_runs((rti_isa)isa)) {
+            ask_alone(&look.snapshot->view, rti_tracer_find((rti_isa)isa, name), count);
+            same_hits(&look.snapshot->view, name, (rti_isa)isa, 99, count, false);
         }
     }
     rti_snapshot_release(look.snapshot);
@@ -258,6 +283,15 @@ static void test_heap(void **state)
     each_scene(40, 0.5f, false, true, RAYS);
 }
 
+/* Bodies and meshes in no order and in tiles, none but of instances; batches below and above what goes through them together. */
+static void test_only(void **state)
+{
+    (void)state;
+    seed = 7;
+    each_scene(12, 5, false, false, 200);
+    each_scene(12, 5, false, false, 4099);
+}
+
 /* Planes in instances are in every ray's way: rays go one by one. */
 static void test_planes(void **state)
 {
@@ -269,6 +303,6 @@ static void test_planes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_few), cmocka_unit_test(test_many), cmocka_unit_test(test_heap),
-                                       cmocka_unit_test(test_planes)};
+                                       cmocka_unit_test(test_only), cmocka_unit_test(test_planes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

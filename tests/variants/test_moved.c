@@ -122,6 +122,30 @@ static void ask(const rtk_scene *s, const rti_tracer *tracer, uint32_t count, ui
     tracer->occluded(s, rays, a->occluded, count, flags, &scratch);
 }
 
+/* Each ray by itself. */
+static void ask_alone(const rtk_scene *s, const rti_tracer *tracer, uint32_t count, answers *a)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const rtk_trace_block *b = &rays[i / RTK_BLOCK];
+        rtk_hit_block *h = &a->hits[i / RTK_BLOCK];
+        const uint32_t k = i % RTK_BLOCK;
+        const rti_ray ray = {{b->ox[k], b->oy[k], b->oz[k]}, b->tmin[k], {b->dx[k], b->dy[k], b->dz[k]}, b->tmax[k], b->mask[k]};
+        const uint32_t before = k ? a->occluded[i / RTK_BLOCK] : 0u, any = tracer->one(s, &ray, 0.0f, NULL) != 0;
+        rti_hit hit;
+        tracer->one(s, &ray, 0.0f, &hit);
+        if (hit.prim != RTK_INVALID && /* brute force was not asked for these of bodies */
+            s->groups[hit.inst == RTK_INVALID ? 0u : s->instances[hit.inst].group].geoms[hit.geom].type == RTK_GEOM_SHAPES)
+            hit.u = hit.v = 0.0f;
+        a->occluded[i / RTK_BLOCK] = (uint16_t)(before | any << k);
+        h->t[k] = hit.t;
+        h->u[k] = hit.u;
+        h->v[k] = hit.v;
+        h->prim[k] = hit.prim;
+        h->geom[k] = hit.geom;
+        h->inst[k] = hit.inst;
+    }
+}
+
 static void compare(const char *what, const kind *a, const char *name, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++) {
@@ -179,6 +203,10 @@ static void sweep(const char *what, test_world *w)
                 continue;
             ask(&w->scene, tracer, a->count, i % 2 ? RTI_TRACE_COHERENT : 0, &other);
             compare(what, a, tracer->name, a->count);
+            if (i % 2 || tracer->tree == RTK_TREE_OCTREE)
+                continue;
+            ask_alone(&w->scene, tracer, rtk_umin(a->count, 3000u), &other);
+            compare(what, a, tracer->name, rtk_umin(a->count, 3000u));
         }
     }
     test_targets_free(&t);
