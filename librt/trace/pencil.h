@@ -58,8 +58,9 @@ typedef rtk_u32 pencil_bits;
 #define PENCIL_LOST        4u             /* times that rays are no pencil before the rest of a batch is not tried */
 /* A pencil does well where it looks through a leaf for at least so many of its rays, or so many rays come to one. */
 #define PENCIL_RAYS_OF_LEAVES 4u
-#define PENCIL_RAYS_A_LEAF    (RTI_SIMD >= 16 ? 8u : (RTI_SIMD >= 8 ? 6u : 4u))
-#define PENCIL_APART          (2u * PENCIL_RAYS) /* rays that go in streams after one that does not */
+#define PENCIL_RAYS_A_LEAF    (RTI_SIMD >= 16 ? 12u : (RTI_SIMD >= 8 ? 6u : 4u))
+#define PENCIL_APART          (2u * PENCIL_RAYS) /* rays that go in streams after one that does not, */
+#define PENCIL_APART_AGAIN    (RTI_SIMD >= 16 ? 16u : 2u) /* so many times as many after the next */
 #define PENCIL_MAIL        64u
 #define PENCIL_U           9.5367432e-07f /* 16 u */
 #define PENCIL_HALVES      (RTK_BLOCK / RTI_SIMD)
@@ -165,15 +166,15 @@ RTI_VEC void pencil_open_batch(pencil *p, const rtk_scene *scene, const rtk_trac
 
 /* Any hit: how many of the rays behind a pencil of `count` are better off in streams. Where triangles are so small that a pencil
  * finds few rays in each leaf, it tells that for all of its bundles again and again. (Shadow rays of 75,000 points of a million
- * triangles: streams are 1.5 times as fast, at three rays a leaf; where sixteen come to one, pencils are 1.7 times as fast.) Twice
- * as many each time, until a pencil does well. */
+ * triangles: streams are 1.5 times as fast, at three rays a leaf; where sixteen come to one, pencils are 1.7 times as fast.) Some
+ * after the first time, for a single one tells little; many times as many each time after that, until a pencil does well. */
 RTI_VEC rtk_u32 pencil_scatters(pencil *p, rtk_u32 mode, rtk_u32 count)
 {
     const int few = PENCIL_RAYS_OF_LEAVES * p->leaves > count && p->told < PENCIL_RAYS_A_LEAF * p->leaves;
     p->leaves = p->told = 0u;
     if (!(mode & RTK_MODE_ANY))
         return 0u;
-    const rtk_u32 more = p->scratch->apart == 0u ? PENCIL_APART : rtk_umin(2u * p->scratch->apart, 1u << 16);
+    const rtk_u32 more = p->scratch->apart == 0u ? PENCIL_APART : rtk_umin(PENCIL_APART_AGAIN * p->scratch->apart, 1u << 16);
     return p->scratch->apart = few ? more : 0u;
 }
 
