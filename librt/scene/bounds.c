@@ -95,8 +95,11 @@ static void scene_bounds(const rt_scene *scene, float lo[3], float hi[3])
         include(lo, hi, wlo);
         include(lo, hi, whi);
         for (uint32_t k = 0; k < inst->motion_count; k++) { /* from place to place */
-            rtk_xfm keys[2] = {k == 0 ? inst->to_world : inst->motion[k - 1], inst->motion[k]};
+            rtk_xfm keys[2] = {inst->to_world};
             rtk_motion segment;
+            if (k > 0)
+                memcpy(keys[0].m, inst->motion[k - 1].m, sizeof keys[0].m);
+            memcpy(keys[1].m, inst->motion[k].m, sizeof keys[1].m);
             rti_motion_make(keys, 1, &segment);
             rti_motion_bounds(&segment, 1, c->lo, c->hi, wlo, whi);
             include(lo, hi, wlo);

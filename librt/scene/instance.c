@@ -45,7 +45,7 @@ static rt_status check_transform(rt_context *ctx, const char *call, const char *
 
 /* The places behind `first`, checked and copied; *out NULL when all of them are where the first is. */
 static rt_status take_motion(rt_context *ctx, const char *call, const rtk_xfm *first, const rt_transform *motion, uint32_t count,
-                             rtk_xfm **out)
+                             rt_transform **out)
 {
     bool moves = false;
     rtk_xfm *keys;
@@ -87,7 +87,7 @@ static rt_status take_motion(rt_context *ctx, const char *call, const rtk_xfm *f
     return status;
 }
 
-static void put_motion(rt_context *ctx, rti_inst *inst, rtk_xfm *motion, uint32_t count)
+static void put_motion(rt_context *ctx, rti_inst *inst, rt_transform *motion, uint32_t count)
 {
     rti_free(ctx, inst->motion, inst->motion_count * sizeof *inst->motion);
     inst->motion = motion;
@@ -120,7 +120,8 @@ rt_status rt_scene_add_instance(rt_scene *scene, const rt_instance_desc *desc, r
     static const char call[] = "rt_scene_add_instance";
     rt_instance_desc d = rt_instance_desc_default();
     rti_inst *slot = NULL;
-    rtk_xfm first, *motion = NULL;
+    rtk_xfm first;
+    rt_transform *motion = NULL;
     rt_status status = rti_scene_editable(scene, call);
     if (status == RT_OK)
         status = rti_desc_take(scene->ctx, call, desc, &d, sizeof d);
@@ -149,16 +150,49 @@ rt_status rt_scene_add_instance(rt_scene *scene, const rt_instance_desc *desc, r
     return RT_OK;
 }
 
-static rt_status find(rt_scene *scene, const char *call, rt_instance instance, rti_inst **out)
+static rt_status look_up(const rt_scene *scene, const char *call, rt_instance instance, rti_inst **out)
 {
-    rt_status status = rti_scene_editable(scene, call);
-    if (status != RT_OK)
-        return status;
     if (instance.id >= scene->instances.count)
         return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: instance %u is not one of the scene", call, instance.id);
     *out = RTI_AT(scene->instances, rti_inst, instance.id);
     if (!(*out)->child)
         return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "%s: instance %u was removed", call, instance.id);
+    return RT_OK;
+}
+
+static rt_status find(rt_scene *scene, const char *call, rt_instance instance, rti_inst **out)
+{
+    rt_status status = rti_scene_editable(scene, call);
+    return status == RT_OK ? look_up(scene, call, instance, out) : status;
+}
+
+rt_status rt_scene_get_instance(const rt_scene *scene, rt_instance instance, rt_instance_desc *desc)
+{
+    static const char call[] = "rt_scene_get_instance";
+    rt_instance_desc d = rt_instance_desc_default();
+    rti_inst *slot = NULL;
+    rt_status status;
+    if (!scene)
+        return RT_ERROR_ARGUMENT; /* and no context that could keep a sentence */
+    if (scene->loaded)
+        return rti_fail(scene->ctx, RT_ERROR_STATE,
+                        "%s: this scene was loaded from a snapshot file, which does not tell how its instances were described",
+                        call);
+    status = rti_desc_take(scene->ctx, call, desc, &d, sizeof d);
+    if (status == RT_OK)
+        status = look_up(scene, call, instance, &slot);
+    if (status != RT_OK)
+        return status;
+    /* a caller of another version has a shorter descriptor, or a longer one */
+    d.struct_size = desc->struct_size < sizeof d ? desc->struct_size : (uint32_t)sizeof d;
+    d.child = slot->child;
+    memcpy(d.transform.m, slot->to_world.m, sizeof d.transform.m);
+    d.material.id = slot->material;
+    d.mask = slot->mask;
+    d.user_id = slot->user_id;
+    d.motion = slot->motion;
+    d.motion_count = slot->motion_count;
+    memcpy(desc, &d, d.struct_size);
     return RT_OK;
 }
 
@@ -184,7 +218,7 @@ rt_status rt_scene_set_instance_motion(rt_scene *scene, rt_instance instance, co
 {
     static const char call[] = "rt_scene_set_instance_motion";
     rti_inst *slot = NULL;
-    rtk_xfm *places = NULL;
+    rt_transform *places = NULL;
     rt_status status = find(scene, call, instance, &slot);
     if (status == RT_OK)
         status = take_motion(scene->ctx, call, &slot->to_world, motion, count, &places);

@@ -42,7 +42,7 @@ typedef struct rti_plane {
 typedef struct rti_inst {
     rt_scene *child; /* NULL: removed */
     rtk_xfm to_world;
-    rtk_xfm *motion;       /* [motion_count] places behind to_world, evenly spaced; NULL: stands still */
+    rt_transform *motion; /* [motion_count] places behind to_world, evenly spaced, as they were given; NULL: stands still */
     uint32_t motion_count;
     uint32_t material, mask, user_id;
     uint32_t group; /* in the snapshot that is being made */

@@ -228,6 +228,8 @@ static void test_loaded_is_closed(void **state)
     assert_int_equal(rt_scene_set_tracer(loaded, "brute"), RT_ERROR_STATE);
     inst.child = loaded;
     assert_int_equal(rt_scene_add_instance(parent, &inst, NULL), RT_OK);
+    assert_int_equal(rt_scene_get_instance(loaded, (rt_instance){0}, &inst), RT_ERROR_STATE);
+    kit_says(ctx, "rt_scene_get_instance: this scene was loaded");
     assert_int_equal(rt_scene_commit(parent, NULL), RT_ERROR_STATE); /* it has instances */
     kit_says(ctx, "instances of its own");
     rt_scene_destroy(parent);

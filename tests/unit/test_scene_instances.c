@@ -241,9 +241,89 @@ static void test_tables(void **state)
     rt_context_destroy(ctx);
 }
 
+static bool same_desc(const rt_instance_desc *a, const rt_instance_desc *b)
+{
+    return a->child == b->child && memcmp(&a->transform, &b->transform, sizeof a->transform) == 0 &&
+           a->material.id == b->material.id && a->mask == b->mask && a->user_id == b->user_id &&
+           a->motion_count == b->motion_count && (a->motion == NULL) == (b->motion == NULL) &&
+           (!a->motion || memcmp(a->motion, b->motion, a->motion_count * sizeof *a->motion) == 0);
+}
+
+/* An instance is told as it was given and set since; what is refused leaves the descriptor alone. */
+static void test_told_as_given(void **state)
+{
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *child = kit_scene(ctx), *scene = kit_scene(ctx);
+    rt_transform places[3];
+    rt_material_desc md = rt_material_desc_default();
+    rt_instance_desc still = rt_instance_desc_default(), moving = still, got = still, untouched;
+    rt_instance a, b, c;
+    (void)state;
+    kit_square(child, 1, 0);
+    for (int i = 0; i < 3; i++)
+        places[i] = rt_transform_translate((rt_vec3){(float)i + 1, 2, 3});
+    still.child = moving.child = child;
+    still.transform = nasty(3, 20);
+    still.user_id = 7;
+    moving.transform = rt_transform_translate((rt_vec3){0, 2, 3});
+    moving.mask = RT_MASK_CAMERA | 0x100;
+    moving.motion = places;
+    moving.motion_count = 3;
+    kit_ok(ctx, rt_scene_add_material(scene, &md, &moving.material));
+    kit_ok(ctx, rt_scene_add_instance(scene, &still, &a));
+    kit_ok(ctx, rt_scene_add_instance(scene, &moving, &b));
+    for (int round = 0; round < 2; round++) { /* not committed yet; committed */
+        kit_ok(ctx, rt_scene_get_instance(scene, a, &got));
+        assert_true(same_desc(&got, &still) && got.struct_size == sizeof got);
+        kit_ok(ctx, rt_scene_get_instance(scene, b, &got));
+        assert_true(same_desc(&got, &moving) && got.motion != places);
+        kit_ok(ctx, rt_scene_commit(child, NULL));
+        kit_ok(ctx, rt_scene_commit(scene, NULL));
+    }
+    kit_ok(ctx, rt_scene_set_instance_motion(scene, b, got.motion + 1, 2)); /* its own places may be given again */
+    moving.motion = places + 1;
+    moving.motion_count = 2;
+    kit_ok(ctx, rt_scene_get_instance(scene, b, &got));
+    assert_true(same_desc(&got, &moving));
+    kit_ok(ctx, rt_scene_add_instance(scene, &got, &c));
+    kit_ok(ctx, rt_scene_get_instance(scene, c, &got));
+    assert_true(same_desc(&got, &moving));
+    kit_ok(ctx, rt_scene_set_instance_transform(scene, b, &still.transform));
+    kit_ok(ctx, rt_scene_get_instance(scene, b, &got));
+    assert_true(got.motion == NULL && got.motion_count == 0 &&
+                memcmp(&got.transform, &still.transform, sizeof got.transform) == 0);
+
+    /* an earlier client's descriptor ends before the motion, a later one's goes on */
+    got = moving;
+    got.struct_size = (uint32_t)offsetof(rt_instance_desc, motion);
+    kit_ok(ctx, rt_scene_get_instance(scene, a, &got));
+    assert_true(got.user_id == 7 && got.motion == moving.motion && got.struct_size == offsetof(rt_instance_desc, motion));
+    got.struct_size = sizeof got + 64;
+    kit_ok(ctx, rt_scene_get_instance(scene, a, &got));
+    assert_true(same_desc(&got, &still) && got.struct_size == sizeof got);
+
+    untouched = got;
+    assert_int_equal(rt_scene_get_instance(NULL, a, &got), RT_ERROR_ARGUMENT);
+    assert_int_equal(rt_scene_get_instance(scene, a, NULL), RT_ERROR_ARGUMENT);
+    kit_says(ctx, "rt_scene_get_instance: the descriptor is NULL");
+    assert_int_equal(rt_scene_get_instance(scene, (rt_instance){3}, &got), RT_ERROR_ARGUMENT);
+    kit_says(ctx, "rt_scene_get_instance: instance 3 is not one of the scene");
+    kit_ok(ctx, rt_scene_remove_instance(scene, a));
+    assert_int_equal(rt_scene_get_instance(scene, a, &got), RT_ERROR_ARGUMENT);
+    kit_says(ctx, "rt_scene_get_instance: instance 0 was removed");
+    assert_memory_equal(&got, &untouched, sizeof got);
+    got.struct_size = 0;
+    assert_int_equal(rt_scene_get_instance(scene, b, &got), RT_ERROR_ARGUMENT);
+    kit_says(ctx, "struct_size is 0; begin with the matching _default() function");
+    rt_scene_destroy(scene);
+    rt_scene_destroy(child);
+    rt_context_destroy(ctx);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_bounds_hold), cmocka_unit_test(test_growth),
-                                       cmocka_unit_test(test_odd_children), cmocka_unit_test(test_tables)};
+                                       cmocka_unit_test(test_odd_children), cmocka_unit_test(test_tables),
+                                       cmocka_unit_test(test_told_as_given)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

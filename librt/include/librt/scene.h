@@ -235,6 +235,13 @@ RT_API rt_status rt_scene_set_instance_motion(rt_scene *scene, rt_instance insta
 /** Where it stands at all times: a motion it had ends. Errors ARGUMENT. */
 RT_API rt_status rt_scene_set_instance_transform(rt_scene *scene, rt_instance instance, const rt_transform *transform);
 RT_API rt_status rt_scene_remove_instance(rt_scene *scene, rt_instance instance);
+/** What an instance is: child, transform, material, mask, user_id, motion and motion_count as they were given and set since, for programs that hand a
+ *  scene on. Equal places of motion come back as none (NULL, 0).
+ *  desc     begins with rt_instance_desc_default; as much of it is filled as its struct_size has room for, and struct_size says how much that is
+ *  Errors   ARGUMENT (no such instance, or it was removed), STATE (a scene from a file); desc stays as it was
+ *  Threads  any number, beside a commit too, but beside no edit
+ *  Owner    the scene: motion points into it and is good until its next edit, child until the instance is removed or the scene destroyed */
+RT_API rt_status rt_scene_get_instance(const rt_scene *scene, rt_instance instance, rt_instance_desc *desc);
 
 /** Affine maps. Angle in degrees, right-handed about the axis. multiply(a, b): b first, then a. */
 RT_API rt_transform rt_transform_identity(void);
