@@ -86,6 +86,62 @@ describe("bench rays", function()
     end
   end)
 
+  -- Two meshes that are placed, one of them twice and stretched, above triangles of the scene's own.
+  local PLACED = [[
+local rt = require "rt"
+local function tent(height)
+  return rt.mesh {
+    vertices = { {-1, 0, -1}, {1, 0, -1}, {1, 0, 1}, {-1, 0, 1}, {0.1, height, 0.2} },
+    faces = { {1, 2, 5}, {2, 3, 5}, {3, 4, 5}, {4, 1, 5} },
+  }
+end
+local low, high = tent(0.5), tent(2)
+return rt.scene {
+  camera = rt.camera { eye = {0, 3, 8}, look_at = {0, 0.5, 0}, fov = 50 },
+  rt.mesh { vertices = { {-9, -0.1, -9}, {9, -0.1, -9}, {9, -0.1, 9}, {-9, -0.1, 9} }, faces = { {1, 2, 3}, {1, 3, 4} } },
+  rt.instance { low, transform = rt.translate(-2, 0, 0) * rt.rotate({0, 1, 0}, 30) },
+  rt.instance { high },
+  rt.instance { low, transform = rt.translate(2.5, 0, -1) * rt.scale(1, 3, 0.7)MORE },
+}
+]]
+
+  local function placed(folder, name, more)
+    return support.write(folder .. "/" .. name, (PLACED:gsub("MORE", more or "", 1)))
+  end
+
+  it("holds instances against Embree, and its hits are ours", function()
+    local folder = support.folder()
+    local csv = folder .. "/x.csv"
+    local r = run(placed(folder, "placed.lua"), "--against", "embree", "--tracers", "bvh", "-o", csv)
+    if r.status == 3 and r.err:find("--against embree: ", 1, true) then
+      pending "Embree 3 is not installed"
+      return
+    end
+    assert.equal(0, r.status, r.err)
+    local hits, count = {}, 0
+    for _, row in ipairs(rows_of(csv)) do
+      local rays = tonumber(row.rays)
+      if row.program == "librt" then
+        hits[row.set] = tonumber(row.hits)
+        assert.is_true(row.set == "shadow" or hits[row.set] > 0, row.set)
+      else
+        count = count + 1
+        assert.is_true(math.abs(hits[row.set] - tonumber(row.hits)) <= rays / 100, row.set .. " " .. row.tracer .. ": " .. row.hits)
+        assert.is_true(tonumber(row.differ) <= rays / 100, row.set .. " " .. row.tracer .. ": " .. row.differ)
+        assert.is_true(tonumber(row.tree_bytes) > 0 and tonumber(row.build_seconds) > 0)
+      end
+    end
+    assert.equal(5 * 4 * 4, count) -- sets, interfaces, qualities with ROBUST and without
+    for _, case in ipairs {
+      { "holds an instance that moves (2)", placed(folder, "moving.lua", ", motion = rt.translate(1, 0, 0)") },
+      { "holds more than triangles (shapes: 1, planes: 1)", support.small(folder) },
+    } do
+      r = run(case[2], "--against", "embree", "--tracers", "bvh", "--sets", "primary")
+      assert.equal(1, r.status, r.err)
+      assert.truthy(r.err:find(case[1], 1, true), r.err)
+    end
+  end)
+
   it("keeps what it has measured when a later scene cannot be read", function()
     local folder = support.folder()
     local csv = folder .. "/x.csv"

@@ -1,5 +1,5 @@
 /* Embree 3 as an entrant. The library is loaded when it is asked for (of the package its headers alone are needed to compile
- * this); its scene gets the triangles that ours has, as indexed vertices. */
+ * this); its scenes are made in embree_scenes.c. */
 #include "embree.h"
 
 #include <dlfcn.h>
@@ -61,12 +61,7 @@ void bench_embree_drop(bench_embree *e)
     for (uint32_t i = 0; i < e->scene_count; i++)
         e->rtcReleaseScene(e->scenes[i]);
     e->scene_count = 0;
-    free(e->vertices);
-    free(e->indices);
-    free(e->triangles);
-    e->vertices = NULL;
-    e->indices = NULL;
-    e->triangles = NULL;
+    bench_embree_geometry_free(&e->geometry);
 }
 
 void bench_embree_close(bench_embree *e)
@@ -85,88 +80,11 @@ const char *bench_embree_version(const bench_embree *e)
     return e->version;
 }
 
-/* ---- geometry ---- */
-
-static uint32_t hash_of(const float p[3])
-{
-    uint32_t bits[3], h = 0x811c9dc5u;
-    memcpy(bits, p, sizeof bits);
-    for (int i = 0; i < 3; i++)
-        h = (h ^ bits[i]) * 0x9e3779b1u;
-    return h ^ h >> 15;
-}
-
-/* The index of a vertex of these bits: one that is there, or a new one. */
-static uint32_t vertex_of(bench_embree *e, uint32_t *table, uint32_t mask, rt_vec3 v)
-{
-    float p[3] = {v.x, v.y, v.z};
-    uint32_t at = hash_of(p) & mask;
-    while (table[at] != 0 && memcmp(e->vertices + 3 * (size_t)(table[at] - 1), p, sizeof p) != 0)
-        at = (at + 1) & mask;
-    if (table[at] == 0) {
-        memcpy(e->vertices + 3 * (size_t)e->vertex_count, p, sizeof p);
-        table[at] = ++e->vertex_count;
-    }
-    return table[at] - 1;
-}
-
-static bool take_triangles(bench_embree *e, const bench_world *w)
-{
-    uint32_t n = (uint32_t)w->triangles, room = 1, *table;
-    while (room < 6 * (uint64_t)n && room < 1u << 31)
-        room *= 2;
-    e->triangle_count = n;
-    e->vertex_count = 0;
-    e->triangles = malloc((size_t)n * sizeof *e->triangles);
-    e->vertices = malloc(((size_t)n * 9 + 4) * sizeof *e->vertices); /* it may read 16 bytes at the last vertex */
-    e->indices = malloc((size_t)n * 3 * sizeof *e->indices);
-    table = calloc(room, sizeof *table);
-    bool ok = e->triangles && e->vertices && e->indices && table;
-    if (ok) {
-        rt_scene_get_triangles(w->scene, 0, e->triangles, n);
-        for (uint32_t i = 0; i < n; i++) {
-            e->indices[3 * (size_t)i] = vertex_of(e, table, room - 1, e->triangles[i].v0);
-            e->indices[3 * (size_t)i + 1] = vertex_of(e, table, room - 1, e->triangles[i].v1);
-            e->indices[3 * (size_t)i + 2] = vertex_of(e, table, room - 1, e->triangles[i].v2);
-        }
-    }
-    free(table);
-    return ok;
-}
-
-static enum RTCBuildQuality quality_of(const char *name)
-{
-    return strcmp(name, "low") == 0    ? RTC_BUILD_QUALITY_LOW
-           : strcmp(name, "high") == 0 ? RTC_BUILD_QUALITY_HIGH
-                                       : RTC_BUILD_QUALITY_MEDIUM;
-}
-
-static RTCScene make_scene(const bench_embree *e, const char *quality, bool robust, double *seconds, double *cpu)
-{
-    RTCScene scene = e->rtcNewScene(e->device);
-    RTCGeometry mesh = e->rtcNewGeometry(e->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    e->rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, e->vertices, 0, 3 * sizeof(float),
-                                  e->vertex_count);
-    e->rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, e->indices, 0, 3 * sizeof(uint32_t),
-                                  e->triangle_count);
-    e->rtcCommitGeometry(mesh);
-    e->rtcAttachGeometry(scene, mesh);
-    e->rtcReleaseGeometry(mesh);
-    e->rtcSetSceneFlags(scene, robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
-    e->rtcSetSceneBuildQuality(scene, quality_of(quality));
-    *cpu = -bench_cpu_process();
-    *seconds = -bench_wall();
-    e->rtcCommitScene(scene);
-    *seconds += bench_wall();
-    *cpu += bench_cpu_process();
-    return scene;
-}
-
 static void time_build(bench_embree *e, const bench_options *o, const char *quality, bool robust, bench_build *build)
 {
     double seconds[1000], cpu[1000];
     for (uint32_t i = 0; i < o->builds; i++)
-        e->rtcReleaseScene(make_scene(e, quality, robust, &seconds[i], &cpu[i]));
+        e->rtcReleaseScene(bench_embree_scene(e, quality, robust, &seconds[i], &cpu[i]));
     build->seconds = bench_median(seconds, o->builds);
     build->cpu = bench_median(cpu, o->builds);
 }
@@ -200,12 +118,9 @@ int bench_embree_add(bench_embree *e, const bench_options *o, const bench_world 
 {
     bench_build builds[EMBREE_SCENES_MOST][BENCH_NAMES];
     uint32_t n = 0;
-    if (!w->plain || w->triangles == 0 || w->triangles > UINT32_MAX / 6)
-        return bench_fail(BENCH_FILE,
-                          "--against embree: %s holds more than triangles of its own (or too many); Embree gets triangles alone",
-                          w->name);
-    if (!take_triangles(e, w))
-        return bench_fail(BENCH_MACHINE, "no memory for Embree's copy of the triangles");
+    int status = bench_embree_geometry_take(&e->geometry, w);
+    if (status != BENCH_OK)
+        return status;
     memset(builds, 0, sizeof builds);
     for (uint32_t k = 0; k < o->thread_count; k++) { /* a device's threads are fixed when it is made */
         n = 0;
@@ -227,7 +142,7 @@ int bench_embree_add(bench_embree *e, const bench_options *o, const bench_world 
             double seconds, cpu;
             bool robust = strcmp(o->robust.name[r], "on") == 0;
             long long before = atomic_load(&e->bytes);
-            RTCScene scene = make_scene(e, o->qualities.name[q], robust, &seconds, &cpu);
+            RTCScene scene = bench_embree_scene(e, o->qualities.name[q], robust, &seconds, &cpu);
             e->scenes[e->scene_count++] = scene;
             for (uint32_t m = 0; m < o->modes.count; m++)
                 if (!add_mode(e, o->modes.name[m], o->qualities.name[q], robust, scene,

@@ -22,7 +22,9 @@ const bench_option bench_option_table[] = {
     {"--builds", "N", "timed builds of each tree; 0: none; 3"},
     {"--clock", "NAME", "time that the tables show: cpu (of the threads) or wall; the CSV has both; cpu"},
     {"--ceiling", NULL, "from two threads on also the summed rate of as many processes of one thread"},
-    {"--against", "NAME", "also measure embree, which must be installed (version 3)"},
+    {"--against", "NAME",
+     "also measure embree, which must be installed (version 3); it gets triangles alone, the scene's own and those of instances "
+     "that stand still"},
     {"--embree-modes", "NAME,...", "its interfaces: single, 8, 16, stream; all"},
     {"--embree-qualities", "NAME,...", "its builds: low, medium, high; medium,high"},
     {"--embree-robust", "NAME,...", "its scene flag ROBUST: off, on; both"},

@@ -5,7 +5,8 @@
 #include <string.h>
 
 const char bench_columns[] =
-    "The CSV has a row for each set, entrant and number of threads. machine, cpus; scene, triangles; set, width, height, "
+    "The CSV has a row for each set, entrant and number of threads. machine, cpus; scene, triangles: its own, not those that "
+    "instances place; set, width, height, "
     "rays: the size that the set was made for and the number of rays; program: librt or embree; tracer: librt's by name, "
     "Embree's interface; input: blocks, single (blocks without a hint), array, one (a call a ray) or scene, Embree's as its "
     "tracer; builder: of "
@@ -13,7 +14,8 @@ const char bench_columns[] =
     "threads, repeats; mrays, mrays_low, mrays_high: million rays a second, rays / (CPU time of the threads / threads), "
     "median, least and most of the repeats; wall_mrays, wall_low, wall_high: the same by wall time; cpu_ns: CPU nanoseconds "
     "a ray; ceiling_mrays: summed wall rate of as many processes, empty without; build_seconds, build_cpu: medians of "
-    "building the tree with so many threads, wall and CPU of the process; tree_bytes, bytes_per_triangle: of the trees "
+    "building the tree with so many threads, wall and CPU of the process; tree_bytes, bytes_per_triangle (empty without "
+    "triangles of the scene's own): of the trees "
     "(librt: beside them geometry_bytes, the triangles as all its tracers read them; Embree: all that its device took for "
     "the scene); hits; checksum: FNV-1a of the answers; differ: answers that are not the reference's, bit for bit (Embree: "
     "the sum of differ_miss, differ_prim and differ_t: hit or miss, another primitive, t beyond the tolerance); brute_rays, "
