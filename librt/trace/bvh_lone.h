@@ -19,12 +19,14 @@
 
 /* A ray on its way, and its best hit: where late is not RTK_INVALID, that of the triangle at this place; else `best`. far: no hit
  * is looked for behind this. Of a hit that was put aside, t is less than that: its least. Where the origin was moved, all of
- * these are sums with the shift, as the leaf test gives them (kernel/ray.h); t0 and t1, of boxes, are not. */
+ * these are sums with the shift, as the leaf test gives them (kernel/ray.h), and then with what the top level moved it by, outer;
+ * t0 and t1, of boxes, are not. */
 typedef struct lone {
     /* For leaves. */
     _Alignas(16) float org[4]; /* in the order of axes x, y, z of the leaf test; and tmin */
     float dir[4];              /* likewise; and tmax */
-    float sx, sy, scale, shift;
+    float sx, sy, scale, shift, outer;
+    float low, high; /* where outer is not 0: the given range, of sums with it, too; the ray's own is unbounded */
     float far, t, u, v;
     rtk_u32 late;
     _Alignas(16) rtk_u32 row[4]; /* of a block's vertices: the byte at which the axes' rows begin */
@@ -81,6 +83,11 @@ RTI_APART int lone_ask_plain(lone *l, rtk_u32 mode, rtk_u32 ref)
         rtk_query_init(q, l->scene, ray);
         q->group = l->group;
         q->inst = l->inst;
+        q->outer = l->outer;
+        if (l->outer != 0.0f) {
+            q->ray.tmin = l->low;
+            q->ray.tmax = l->high;
+        }
         if (!rtk_ray_prepare(ray, part->lo, part->hi, part->scale, &prepared))
             return 0; /* never: lone_part asks the same */
     }
@@ -231,9 +238,9 @@ RTI_APART int lone_meet(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 sure, rtk_u32
     return 0;
 }
 
-/* `count` triangles from the place `at` on, which lie in as many blocks as there are lanes. Calls are the last thing it does:
- * then it need not save registers. */
-RTI_VEC int lone_step(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
+/* The leaf test of `count` triangles from the place `at` on, which lie in as many blocks as there are lanes; lane 0 is the first of
+ * the blocks. Returns hit | doubt. */
+RTI_VEC rtk_u32 lone_test(const lone *l, rtk_u32 at, rtk_u32 count, bvh_pairs_hit *hit)
 {
     const rtk_u32 begin = at % 4u, left = begin + count;
     const bvh_pairs_ray ray = {NODE(set)(l->org[0]), NODE(set)(l->org[1]), NODE(set)(l->org[2]), NODE(set)(l->sx),
@@ -242,8 +249,6 @@ RTI_VEC int lone_step(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
     const char *b = (const char *)&l->tree->blocks[at / 4u];
     const char *x = b + l->row[0], *y = b + l->row[1], *z = b + l->row[2];
     const rtk_u32 want = ((1u << left) - 1u) & ~0u << begin;
-    bvh_pairs_hit hit;
-    at -= begin;
 #define AT(p, corner) ((const float *)(const void *)((p) + (corner) * sizeof(((rtk_bvhblock *)0)->v0)))
 #if NODE_N > 4
     const size_t next = left > 4u ? sizeof(rtk_bvhblock) : 0u; /* one block stands for two */
@@ -256,7 +261,16 @@ RTI_VEC int lone_step(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
     const bvh_vec v2[3] = {ROW(x, 2), ROW(y, 2), ROW(z, 2)};
 #undef ROW
 #undef AT
-    if (pairs_test(&ray, v0, v1, v2, want, &hit) == 0u)
+    return pairs_test(&ray, v0, v1, v2, want, hit);
+}
+
+/* Such triangles. Calls are the last thing it does: then it need not save registers. */
+RTI_VEC int lone_step(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
+{
+    bvh_pairs_hit hit;
+    const rtk_u32 bits = lone_test(l, at, count, &hit);
+    at -= at % 4u;
+    if (bits == 0u)
         return 0;
     if ((mode & RTK_MODE_ANY) && hit.hit != 0u)
         return 1;
@@ -282,6 +296,39 @@ RTI_VEC int lone_step(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
             l->late = at + i;
             l->far = rtk_min(l->far, t);
             lone_expect(l, at + i);
+        }
+    }
+    return 0;
+}
+
+/* Such triangles where t is a sum with outer: as rtk_query_tri. */
+RTI_VEC int lone_step_outer(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
+{
+    bvh_pairs_hit hit;
+    float t[NODE_N], u[NODE_N], v[NODE_N];
+    rtk_u32 bits = lone_test(l, at, count, &hit);
+    at -= at % 4u;
+    NODE(store)(t, hit.t);
+    NODE(store)(u, hit.u);
+    NODE(store)(v, hit.v);
+    for (; bits != 0u; bits &= bits - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctz(bits);
+        const float sum = l->outer + t[i];
+        if (hit.doubt >> i & 1u) {
+            if (lone_ask(l, mode, l->tree->refs[at + i]))
+                return 1;
+        } else if (sum > l->low && sum < l->high) {
+            if (mode & RTK_MODE_ANY)
+                return 1;
+            if (sum == l->t)
+                lone_ask(l, mode, l->tree->refs[at + i]);
+            if (!(sum < l->t))
+                continue;
+            l->t = sum;
+            l->u = u[i];
+            l->v = v[i];
+            l->late = at + i;
+            l->far = rtk_min(l->far, sum);
         }
     }
     return 0;

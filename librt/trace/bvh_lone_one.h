@@ -57,6 +57,7 @@ RTI_VEC int lone_begin(lone *l, const rtk_scene *scene, const rti_ray *ray, lone
     l->sy = shear[1];
     l->scene = scene;
     l->ray = ray;
+    l->outer = 0.0f;
     return (rti_m4_bits(rti_f4_le(rti_f4_abs(dir), rti_f4_set(RTK_DIR_MAX))) & 7u) == 7u && rtk_fabs(along[2]) >= RTK_DIR_MIN &&
            ray->tmin < ray->tmax;
 }
@@ -154,6 +155,11 @@ RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part
     l->far = rtk_min(rtk_min(t1, tmax), l->t);
     l->t0 = rtk_max(t0, tmin);
     l->shift = 0.0f;
+    if (l->outer != 0.0f) { /* there is no range of the ray's own */
+        l->far = l->t;
+        l->t1 = t1;
+        return t0 <= lone_end(l, 1) && lone_walk(l, mode);
+    }
     return l->t0 <= l->far && lone_walk(l, mode);
 }
 
@@ -194,9 +200,10 @@ RTI_VEC void lone_turn(rti_ray *to, const rti_ray *from, const rtk_scene *scene,
     to->mask = from->mask & inst->mask;
 }
 
-/* A ray through an instance which it sees: as lone_part. *best is its best hit, before and behind. */
+/* A ray through an instance which it sees: as lone_part. *best is its best hit, before and behind; outer: what the top level moved
+ * its origin by. */
 RTI_VEC int lone_instance(const rtk_scene *scene, rtk_u32 mode, const rti_ray *ray, float time, const rtk_instance *inst,
-                          rtk_hit *best)
+                          float outer, rtk_hit *best)
 {
     const rtk_group *g = &scene->groups[inst->group];
     lone_given given;
@@ -206,9 +213,16 @@ RTI_VEC int lone_instance(const rtk_scene *scene, rtk_u32 mode, const rti_ray *r
     if (!(g->flags & RTK_GROUP_PLAIN) || (inst->flags & RTK_INST_UNBOUNDED))
         return -1;
     lone_turn(&own, ray, scene, inst, time);
+    if (outer != 0.0f) {
+        own.tmin = -RTK_INF;
+        own.tmax = RTK_INF;
+    }
     if (!lone_begin(&l, scene, &own, &given))
         return 0;
     l.inst = inst->id;
+    l.outer = outer;
+    l.low = ray->tmin;
+    l.high = ray->tmax;
     l.best = *best;
     end = lone_parts(&l, mode, &given, g);
     if (!(mode & RTK_MODE_ANY) && end == 0)
@@ -216,27 +230,45 @@ RTI_VEC int lone_instance(const rtk_scene *scene, rtk_u32 mode, const rti_ray *r
     return end;
 }
 
-/* Ready for the top level, or 0: the ray misses it, or -1: it must go another way. */
-RTI_VEC int lone_top_ready(lone *l, const lone_given *g, const rtk_scene *s, const rtk_tree *tree)
+/* Ready for the top level, or 0: the ray misses it, or -1: it must go another way. Where it starts far away, *moved becomes the ray
+ * that instances meet. */
+RTI_VEC int lone_top_ready(lone *l, const lone_given *g, const rtk_scene *s, const rtk_tree *tree, rti_ray *moved)
 {
     const rti_f4 lo = {s->top_lo.x, s->top_lo.y, s->top_lo.z}, hi = {s->top_hi.x, s->top_hi.y, s->top_hi.z};
     const rti_f4 far = rti_f4_abs(g->org);
     const float tmin = l->org[3], tmax = l->dir[3];
-    float t0, t1;
+    lone_given at = *g;
+    float t0, t1, shift = 0.0f;
     if (!(s->top_lo.x <= s->top_hi.x))
         return 0;
-    if (!lone_near(far, s->top_scale))
-        return lone_passes(l, g, far, lo, hi, s->top_scale) ? 0 : -1;
-    lone_slab(g, lo, hi, &t0, &t1);
-    if (!(t0 <= t1) || t1 < tmin || t0 > tmax)
+    if (!lone_near(far, s->top_scale)) {
+        if (lone_passes(l, g, far, lo, hi, s->top_scale) ||
+            !lone_approach(rti_f4_load(l->ray->dir), lo, hi, s->top_scale, &at.org, &shift))
+            return 0;
+        if (shift == 0.0f)
+            return -1;
+    }
+    lone_slab(&at, lo, hi, &t0, &t1);
+    if (!(t0 <= t1) || shift + t1 < tmin || shift + t0 > tmax)
         return 0;
-    if (!lone_ready(l, tree, s->top_scale, g->org, g->inv))
+    if (!lone_ready(l, tree, s->top_scale, at.org, g->inv))
         return -1;
     l->t = l->best.t;
-    l->far = rtk_min(rtk_min(t1, tmax), l->t);
-    l->t0 = rtk_max(t0, tmin);
-    l->shift = 0.0f;
-    return l->t0 <= l->far;
+    l->far = l->t;
+    l->t0 = t0;
+    l->t1 = t1;
+    l->shift = shift;
+    if (shift == 0.0f) {
+        l->far = rtk_min(rtk_min(t1, tmax), l->t);
+        l->t0 = rtk_max(t0, tmin);
+        return l->t0 <= l->far;
+    }
+    at.org[3] = tmin;
+    rti_f4_store(moved->org, at.org);
+    rti_f4_store(moved->dir, rti_f4_load(l->ray->dir));
+    moved->mask = l->ray->mask;
+    l->ray = moved;
+    return t0 <= lone_end(l, 1);
 }
 
 #endif

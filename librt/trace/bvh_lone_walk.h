@@ -54,12 +54,15 @@ RTI_VEC size_t lone_choose(lone_word **top, const rtk_bvhnode *n, rtk_u32 bits, 
 #endif
 }
 
+/* What stands in a leaf. Returns 1 when the walk may end. */
+typedef int lone_leaf(lone *l, rtk_u32 at, rtk_u32 count);
+
 /* Leaves have registers of their own. Few are of more than one step. */
-#define LONE_LEAF(name, many, mode)                                                                                              \
+#define LONE_LEAF(name, many, mode, step)                                                                                        \
     RTI_APART int many(lone *l, rtk_u32 at, rtk_u32 count);                                                                      \
     RTI_APART int name(lone *l, rtk_u32 at, rtk_u32 count)                                                                       \
     {                                                                                                                            \
-        return __builtin_expect(at % 4u + count > NODE_N, 0) ? many(l, at, count) : lone_step(l, mode, at, count);               \
+        return __builtin_expect(at % 4u + count > NODE_N, 0) ? many(l, at, count) : step(l, mode, at, count);               \
     }                                                                                                                            \
     RTI_APART int many(lone *l, rtk_u32 at, rtk_u32 count)                                                                       \
     {                                                                                                                            \
@@ -68,12 +71,13 @@ RTI_VEC size_t lone_choose(lone_word **top, const rtk_bvhnode *n, rtk_u32 bits, 
                 return 1;                                                                                                        \
         return name(l, at, count);                                                                                               \
     }
-LONE_LEAF(lone_leaf_closest, lone_leaf_closest_many, 0u)
-LONE_LEAF(lone_leaf_any, lone_leaf_any_many, RTK_MODE_ANY)
+LONE_LEAF(lone_leaf_closest, lone_leaf_closest_many, 0u, lone_step)
+LONE_LEAF(lone_leaf_any, lone_leaf_any_many, RTK_MODE_ANY, lone_step)
+LONE_LEAF(lone_leaf_closest_outer, lone_leaf_closest_outer_many, 0u, lone_step_outer)
+LONE_LEAF(lone_leaf_any_outer, lone_leaf_any_outer_many, RTK_MODE_ANY, lone_step_outer)
 #undef LONE_LEAF
 
 /* References that stand in no blocks. */
-typedef int lone_refs(lone *l, rtk_u32 at, rtk_u32 count);
 #define LONE_REFS(name, mode)                                                                                                    \
     RTI_APART int name(lone *l, rtk_u32 at, rtk_u32 count)                                                                       \
     {                                                                                                                            \
@@ -133,7 +137,8 @@ RTI_VEC float lone_end(const lone *l, int moved)
     const float far = l->far;
     if (!moved)
         return far;
-    return rtk_min((far - l->shift) + 9.5367432e-07f * (rtk_fabs(far) + rtk_fabs(l->shift)), l->t1);
+    return rtk_min(((far - l->outer) - l->shift) + 9.5367432e-07f * (rtk_fabs(far) + rtk_fabs(l->outer) + rtk_fabs(l->shift)),
+                   l->t1);
 }
 RTI_VEC const rtk_bvhnode *lone_node(const lone_sight *v, rtk_u32 at)
 {
@@ -178,8 +183,8 @@ RTI_VEC rtk_u32 *lone_wait(rtk_u32 *top, rtk_u32 bits, const rtk_bvhnode *n)
     return top;
 }
 
-/* The way to the closest hit. refs: who is asked of leaves that stand in no blocks. */
-RTI_VEC int lone_closest(lone *l, int large, int moved, lone_refs refs)
+/* The way to the closest hit. leaf, refs: who is asked of leaves that stand in blocks, and of others. */
+RTI_VEC int lone_closest(lone *l, int large, int moved, lone_leaf leaf, lone_leaf refs)
 {
     lone_stack s;
     lone_word *top = s.words + 1;
@@ -212,14 +217,14 @@ RTI_VEC int lone_closest(lone *l, int large, int moved, lone_refs refs)
                 count = n->count[i];
             }
         } while (count == 0u);
-        if (at >= 4u * l->tree->block_count ? refs(l, at, count) : lone_leaf_closest(l, at, count))
+        if (at >= 4u * l->tree->block_count ? refs(l, at, count) : leaf(l, at, count))
             return 1;
     }
 }
 
 /* The way to any hit, which asks for no order but that of slots (accel/bvh_order.c): what waits are pairs of a child
  * and a count. */
-RTI_VEC int lone_any(lone *l, int large, int moved, lone_refs refs)
+RTI_VEC int lone_any(lone *l, int large, int moved, lone_leaf leaf, lone_leaf refs)
 {
     rtk_u32 stack[2u * LONE_STACK], *top = stack, at = 0u, count = 0u;
     for (;;) { /* once a leaf */
@@ -247,7 +252,7 @@ RTI_VEC int lone_any(lone *l, int large, int moved, lone_refs refs)
             at = n->child[i];
             count = n->count[i];
         }
-        if (at >= 4u * l->tree->block_count ? refs(l, at, count) : lone_leaf_any(l, at, count))
+        if (at >= 4u * l->tree->block_count ? refs(l, at, count) : leaf(l, at, count))
             return 1;
         if (top == stack)
             return 0;
@@ -257,22 +262,26 @@ RTI_VEC int lone_any(lone *l, int large, int moved, lone_refs refs)
     }
 }
 
-#define LONE_WALK(name, kind, large, moved)                                                                                      \
+#define LONE_WALK(name, kind, large, moved, outer)                                                                               \
     RTI_APART int lone_walk_##name(lone *l)                                                                                      \
     {                                                                                                                            \
-        return lone_##kind(l, large, moved, lone_refs_##kind);                                                                   \
+        return lone_##kind(l, large, moved, lone_leaf_##kind##outer, lone_refs_##kind);                                          \
     }
-LONE_WALK(closest, closest, 0, 0)
-LONE_WALK(closest_large, closest, 1, 0)
-LONE_WALK(closest_moved, closest, bvh_large(l->tree), 1)
-LONE_WALK(any, any, 0, 0)
-LONE_WALK(any_large, any, 1, 0)
-LONE_WALK(any_moved, any, bvh_large(l->tree), 1)
+LONE_WALK(closest, closest, 0, 0, )
+LONE_WALK(closest_large, closest, 1, 0, )
+LONE_WALK(closest_moved, closest, bvh_large(l->tree), 1, )
+LONE_WALK(closest_outer, closest, bvh_large(l->tree), 1, _outer)
+LONE_WALK(any, any, 0, 0, )
+LONE_WALK(any_large, any, 1, 0, )
+LONE_WALK(any_moved, any, bvh_large(l->tree), 1, )
+LONE_WALK(any_outer, any, bvh_large(l->tree), 1, _outer)
 #undef LONE_WALK
 
 /* The walk, from *l on. Returns 1 when any hit was asked for, and there is one. */
 RTI_VEC int lone_walk(lone *l, rtk_u32 mode)
 {
+    if (l->outer != 0.0f)
+        return mode & RTK_MODE_ANY ? lone_walk_any_outer(l) : lone_walk_closest_outer(l);
     if (l->shift != 0.0f)
         return mode & RTK_MODE_ANY ? lone_walk_any_moved(l) : lone_walk_closest_moved(l);
     if (bvh_large(l->tree))
@@ -322,6 +331,7 @@ RTI_VEC int lone_group(rtk_query *q, rtk_u32 mode, const rtk_tree *tree, const r
     l.t0 = r->t0;
     l.t1 = r->t1;
     l.shift = r->tshift;
+    l.outer = 0.0f;
     l.far = l.shift != 0.0f ? rtk_min(r->tmax, l.t) : rtk_min(r->t1, l.t);
     *end = l.t0 <= lone_end(&l, l.shift != 0.0f) && lone_walk(&l, mode);
     q->best = l.best;

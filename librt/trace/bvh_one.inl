@@ -1,21 +1,22 @@
 /* One mode of rays that go one by one where there is nothing but triangles (bvh_lone_one.h), of the scene itself or of instances.
  * Included by bvh_packet.inl. */
 
-/* A ray through an instance. */
-RTI_APART int RTK_NAME(one_instance)(const rtk_scene *scene, const rti_ray *ray, float time, rtk_u32 ref, rtk_hit *best)
+/* A ray through an instance, as RTK_NAME(instance). */
+RTI_APART int RTK_NAME(one_instance)(const rtk_scene *scene, const rti_ray *ray, float time, rtk_u32 ref, float outer,
+                                     rtk_hit *best)
 {
     const rtk_instance *inst = &scene->instances[ref];
     rtk_query q;
     int end;
     if ((ray->mask & inst->mask) == 0u)
         return 0;
-    end = lone_instance(scene, RTK_MODE, ray, time, inst, best);
+    end = lone_instance(scene, RTK_MODE, ray, time, inst, outer, best);
     if (end >= 0)
         return end;
     rtk_query_init(&q, scene, lone_ray(ray));
     q.time = time;
     q.best = *best;
-    end = RTK_NAME(instance)(&q, ref, q.ray.org, 0.0f);
+    end = RTK_NAME(instance)(&q, ref, q.ray.org, outer);
     *best = q.best;
     return end;
 }
@@ -23,23 +24,36 @@ RTI_APART int RTK_NAME(one_instance)(const rtk_scene *scene, const rti_ray *ray,
 RTI_APART int RTK_NAME(one_refs)(lone *l, rtk_u32 at, rtk_u32 count)
 {
     for (rtk_u32 k = 0u; k < count; k++)
-        if (RTK_NAME(one_instance)(l->scene, l->ray, l->time, l->tree->refs[at + k], &l->best))
+        if (RTK_NAME(one_instance)(l->scene, l->ray, l->time, l->tree->refs[at + k], l->shift, &l->best))
             return 1;
     l->t = l->best.t;
     l->far = rtk_min(l->far, l->t);
     return 0;
 }
 
-RTI_APART int RTK_NAME(one_top)(lone *l)
+/* Through the top level, which has no blocks; moved: the ray started far away from it. */
+#define TOP(moved)                                                                                                               \
+    return RTK_MODE & RTK_MODE_ANY ? lone_any(l, 0, moved, RTK_NAME(one_refs), RTK_NAME(one_refs))                               \
+                                   : lone_closest(l, 0, moved, RTK_NAME(one_refs), RTK_NAME(one_refs))
+RTI_APART int RTK_NAME(one_top_near)(lone *l)
 {
-    return RTK_MODE & RTK_MODE_ANY ? lone_any(l, 0, 0, RTK_NAME(one_refs)) : lone_closest(l, 0, 0, RTK_NAME(one_refs));
+    TOP(0);
+}
+RTI_APART int RTK_NAME(one_top_far)(lone *l)
+{
+    TOP(1);
+}
+#undef TOP
+RTI_VEC int RTK_NAME(one_top)(lone *l)
+{
+    return l->shift != 0.0f ? RTK_NAME(one_top_far)(l) : RTK_NAME(one_top_near)(l);
 }
 
 /* A ray through all instances, behind what it has met. */
 static int RTK_NAME(one_instances)(rtk_query *q)
 {
     const rtk_scene *s = q->scene;
-    rti_ray ray;
+    rti_ray ray, apart;
     lone_given given;
     lone l;
     int end = 0;
@@ -51,7 +65,7 @@ static int RTK_NAME(one_instances)(rtk_query *q)
     if (!lone_begin(&l, s, &ray, &given))
         return 0;
     l.best = q->best;
-    end = lone_top_ready(&l, &given, s, &s->RTK_TOP_TREE);
+    end = lone_top_ready(&l, &given, s, &s->RTK_TOP_TREE, &apart);
     if (end < 0)
         return RTK_NAME(instances)(q);
     l.time = q->time;
@@ -91,6 +105,7 @@ RTI_APART void RTK_NAME(one_finish)(const rtk_scene *scene, const rti_ray *ray, 
 static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
 {
     lone_given given;
+    rti_ray apart;
     lone l;
     int end;
     if (!lone_fits(scene) || ray->mask == 0u || !lone_begin(&l, scene, ray, &given))
@@ -99,7 +114,7 @@ static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time,
     lone_keep(&l, ray->tmax, 0.0f, 0.0f, RTK_INVALID, RTK_INVALID);
     end = lone_parts(&l, RTK_MODE, &given, scene->groups);
     if (end == 0 && scene->instance_count != 0u) {
-        end = lone_top_ready(&l, &given, scene, &scene->RTK_TOP_TREE);
+        end = lone_top_ready(&l, &given, scene, &scene->RTK_TOP_TREE, &apart);
         l.time = time;
         if (end > 0)
             end = RTK_NAME(one_top)(&l);

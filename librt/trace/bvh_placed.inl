@@ -88,7 +88,7 @@ RTI_APART void RTK_NAME(placed_below)(placed *a, rtk_u32 i, rtk_u32 at)
             if (count[top] == 0u)
                 break;
             for (rtk_u32 k = 0u; k < count[top]; k++) {
-                if (RTK_NAME(one_instance)(a->scene, &ray, time, tree.refs[at + k], &best)) {
+                if (RTK_NAME(one_instance)(a->scene, &ray, time, tree.refs[at + k], 0.0f, &best)) {
                     RTK_NAME(placed_answer)(a, i, &best, 1);
                     return;
                 }
@@ -111,7 +111,7 @@ static void RTK_NAME(placed_instance)(placed *a, rtk_u32 ref, const uint16_t *li
             rtk_hit best;
             const rti_ray ray = RTK_NAME(placed_one)(a, list[k], &best);
             const float time = a->scratch->times ? a->scratch->times[list[k]] : 0.0f;
-            const int end = RTK_NAME(one_instance)(a->scene, &ray, time, ref, &best);
+            const int end = RTK_NAME(one_instance)(a->scene, &ray, time, ref, 0.0f, &best);
             RTK_NAME(placed_answer)(a, list[k], &best, end);
         }
         return;
