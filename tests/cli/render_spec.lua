@@ -160,7 +160,7 @@ return rt.scene { settings = { width = 4, height = 4 }, rt.sphere { center = {0,
       return
     end
     local folder = support.folder()
-    local line = "stty cols 50; " .. support.command { "render", support.small(folder), "--size", "400x300", "-n", "64", "-o", folder .. "/x.png" }
+    local line = "stty cols 50; " .. support.command { "render", support.small(folder), "--size", "400x300", "-n", "384", "-o", folder .. "/x.png" }
     local r = support.shell("TERM=xterm script -qec " .. support.quote(line) .. " /dev/null")
     local longest = 0
     for part in r.out:gmatch "\r([^\r\27]+)\27%[K" do
