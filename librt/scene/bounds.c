@@ -52,29 +52,38 @@ static void loaded_bounds(const rt_scene *scene, float lo[3], float hi[3])
     }
 }
 
-/* Bounds of placed scenes: thousands of places have few of them. */
-typedef struct child_bounds {
-    const rt_scene *child;
-    float lo[3], hi[3];
-} child_bounds;
+/* Bounds of placed scenes, of the last so many: thousands of places have few of them. */
 enum { CHILDREN = 16 };
+typedef struct child_bounds {
+    const rt_scene *child[CHILDREN];
+    float lo[CHILDREN][3], hi[CHILDREN][3];
+    uint32_t next;
+} child_bounds;
 
-static const child_bounds *bounds_of_child(child_bounds known[CHILDREN], const rt_scene *child)
+/* Where a child's bounds stand. */
+static uint32_t bounds_of_child(child_bounds *known, const rt_scene *child)
 {
-    child_bounds *b = &known[(uintptr_t)child / _Alignof(max_align_t) % CHILDREN];
-    if (b->child == child)
-        return b;
-    *b = (child_bounds){child, {INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    uint32_t at = 0;
+    while (at < CHILDREN && known->child[at] != child)
+        at++;
+    if (at < CHILDREN)
+        return at;
+    at = known->next++ % CHILDREN;
+    known->child[at] = child;
+    for (int k = 0; k < 3; k++) {
+        known->lo[at][k] = INFINITY;
+        known->hi[at][k] = -INFINITY;
+    }
     if (child->loaded)
-        loaded_bounds(child, b->lo, b->hi);
+        loaded_bounds(child, known->lo[at], known->hi[at]);
     else
-        own_bounds(child, b->lo, b->hi);
-    return b;
+        own_bounds(child, known->lo[at], known->hi[at]);
+    return at;
 }
 
 static void scene_bounds(const rt_scene *scene, float lo[3], float hi[3])
 {
-    child_bounds known[CHILDREN] = {{0}};
+    child_bounds known = {.next = 0};
     for (int k = 0; k < 3; k++) {
         lo[k] = INFINITY;
         hi[k] = -INFINITY;
@@ -88,10 +97,11 @@ static void scene_bounds(const rt_scene *scene, float lo[3], float hi[3])
         float wlo[3], whi[3];
         if (!inst->child)
             continue;
-        const child_bounds *c = bounds_of_child(known, inst->child);
-        if (!(c->lo[0] <= c->hi[0]))
+        const uint32_t at = bounds_of_child(&known, inst->child);
+        const float *clo = known.lo[at], *chi = known.hi[at];
+        if (!(clo[0] <= chi[0]))
             continue;
-        rti_xfm_bounds(&inst->to_world, c->lo, c->hi, wlo, whi);
+        rti_xfm_bounds(&inst->to_world, clo, chi, wlo, whi);
         include(lo, hi, wlo);
         include(lo, hi, whi);
         for (uint32_t k = 0; k < inst->motion_count; k++) { /* from place to place */
@@ -101,7 +111,7 @@ static void scene_bounds(const rt_scene *scene, float lo[3], float hi[3])
                 memcpy(keys[0].m, inst->motion[k - 1].m, sizeof keys[0].m);
             memcpy(keys[1].m, inst->motion[k].m, sizeof keys[1].m);
             rti_motion_make(keys, 1, &segment);
-            rti_motion_bounds(&segment, 1, c->lo, c->hi, wlo, whi);
+            rti_motion_bounds(&segment, 1, clo, chi, wlo, whi);
             include(lo, hi, wlo);
             include(lo, hi, whi);
         }

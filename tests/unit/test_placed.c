@@ -7,7 +7,7 @@
 
 #include "scene/look.h"
 #include "scene/scene.h"
-#include "trace/trace.h"
+#include "trace/lane.h"
 
 #define RAYS 17001u /* more than go through the top level together, and no whole blocks */
 
@@ -183,19 +183,13 @@ static void ask_alone(const rtk_scene *scene, const rti_tracer *tracer, uint32_t
 {
     for (uint32_t i = 0; i < count; i++) {
         const rtk_trace_block *b = &rays[i / RTK_BLOCK];
-        rtk_hit_block *h = &got[i / RTK_BLOCK];
         const uint32_t k = i % RTK_BLOCK;
         const rti_ray ray = {{b->ox[k], b->oy[k], b->oz[k]}, b->tmin[k], {b->dx[k], b->dy[k], b->dz[k]}, b->tmax[k], b->mask[k]};
         rti_hit hit;
         const int any = tracer->one(scene, &ray, times[i], NULL), met = tracer->one(scene, &ray, times[i], &hit);
         assert_int_equal(met != 0, hit.prim != RTK_INVALID);
-        got_any[i / RTK_BLOCK] = (uint16_t)((k ? got_any[i / RTK_BLOCK] : 0) | (any != 0) << k);
-        h->t[k] = hit.t;
-        h->u[k] = hit.u;
-        h->v[k] = hit.v;
-        h->prim[k] = hit.prim;
-        h->geom[k] = hit.geom;
-        h->inst[k] = hit.inst;
+        rti_lane_occluded(got_any, i, any);
+        rti_lane_keep(got, i, (rtk_hit){hit.t, hit.u, hit.v, hit.prim, hit.geom, hit.inst});
     }
 }
 

@@ -11,6 +11,7 @@
 
 #include "support/generate.h"
 #include "support/rays.h"
+#include "trace/lane.h"
 
 #define MOST 18432u /* more than go at a time */
 #define ALL  0xffffffffu
@@ -127,22 +128,15 @@ static void ask_alone(const rtk_scene *s, const rti_tracer *tracer, uint32_t cou
 {
     for (uint32_t i = 0; i < count; i++) {
         const rtk_trace_block *b = &rays[i / RTK_BLOCK];
-        rtk_hit_block *h = &a->hits[i / RTK_BLOCK];
         const uint32_t k = i % RTK_BLOCK;
         const rti_ray ray = {{b->ox[k], b->oy[k], b->oz[k]}, b->tmin[k], {b->dx[k], b->dy[k], b->dz[k]}, b->tmax[k], b->mask[k]};
-        const uint32_t before = k ? a->occluded[i / RTK_BLOCK] : 0u, any = tracer->one(s, &ray, 0.0f, NULL) != 0;
         rti_hit hit;
         tracer->one(s, &ray, 0.0f, &hit);
         if (hit.prim != RTK_INVALID && /* brute force was not asked for these of bodies */
             s->groups[hit.inst == RTK_INVALID ? 0u : s->instances[hit.inst].group].geoms[hit.geom].type == RTK_GEOM_SHAPES)
             hit.u = hit.v = 0.0f;
-        a->occluded[i / RTK_BLOCK] = (uint16_t)(before | any << k);
-        h->t[k] = hit.t;
-        h->u[k] = hit.u;
-        h->v[k] = hit.v;
-        h->prim[k] = hit.prim;
-        h->geom[k] = hit.geom;
-        h->inst[k] = hit.inst;
+        rti_lane_occluded(a->occluded, i, tracer->one(s, &ray, 0.0f, NULL));
+        rti_lane_keep(a->hits, i, (rtk_hit){hit.t, hit.u, hit.v, hit.prim, hit.geom, hit.inst});
     }
 }
 
