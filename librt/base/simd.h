@@ -28,14 +28,13 @@
  *                                                     places behind p are written
  *   rti_f8_sorted(t, lane, bits, a)
  *                             the chosen lanes of a and their numbers, the greatest first, as good as 21 bits of mantissa tell; of
- *                             equal ones, as which negative ones and NaN count, the first; all eight places behind t and lane are
- *                             written
+ *                             equal ones the first; all eight places behind t and lane are written
  *   rti_f8_queue(p, u_p, v_p, bits, a, u, v)
  *                             the chosen lanes of a to p, the greatest in size first, as good as 21 bits of mantissa tell, of equal
  *                             ones the first, and those of u[8] and v[8] likewise; returns the last one's lane. bits is not 0; all
  *                             eight places may be written
  *   rti_f8_least(bits, a)     the lane that holds the least of the chosen, as good as 21 bits of mantissa tell, of equal ones the
- *                             first; bits is not 0. Of negative ones, any
+ *                             first; bits is not 0
  *   rti_u8_take(p, a, lanes)  a[lanes[0]] to a[lanes[7]] to p; those of other lanes than 0 to 7: anything in a
  *   rti_fN_records(p, at, a)  a[k] has p[8 at[i] + k] in lane i, for k below 8; at: N of sixteen bits
  *   rti_fN_spread(a, p, at)   p[at[i] + k] is lane i of a[k], for k below 8; where places are the same, of one of the lanes

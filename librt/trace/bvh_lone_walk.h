@@ -118,8 +118,13 @@ static const lone_rows lone_sides[8] = {ROWS(LO, LO, LO), ROWS(HI, LO, LO), ROWS
 typedef struct lone_sight {
     const char *nodes;
     size_t in[3], out[3];
-    bvh_vec inv[3], start[3], t0, far;
+    bvh_vec inv[3], start[3], t0, far, first;
 } lone_sight;
+/* Where it enters the tree, a number. */
+RTI_VEC float lone_first(const lone *l)
+{
+    return rtk_max(l->t0, -3.402823466e38f);
+}
 RTI_VEC lone_sight lone_sight_of(const lone *l, float end)
 {
     const lone_rows *rows = &lone_sides[l->back];
@@ -129,7 +134,8 @@ RTI_VEC lone_sight lone_sight_of(const lone *l, float end)
                         {NODE(set)(l->inv[0]), NODE(set)(l->inv[1]), NODE(set)(l->inv[2])},
                         {NODE(set)(l->start[0]), NODE(set)(l->start[1]), NODE(set)(l->start[2])},
                         NODE(set)(l->t0),
-                        NODE(set)(end)};
+                        NODE(set)(end),
+                        NODE(set)(lone_first(l))};
 }
 /* Behind this no box is entered. Of sums, what three roundings can be off is added (bvh_reach). */
 RTI_VEC float lone_end(const lone *l, int moved)
@@ -145,8 +151,9 @@ RTI_VEC const rtk_bvhnode *lone_node(const lone_sight *v, rtk_u32 at)
     return (const rtk_bvhnode *)(const void *)(v->nodes + (size_t)at * sizeof(rtk_bvhnode));
 }
 
-/* The slots of a node that the ray enters, and where. */
-RTI_VEC rtk_u32 lone_open(const lone_sight *v, const rtk_bvhnode *n, float t[RTK_BVH_WIDTH])
+/* The slots of a node that the ray enters, and where; ahead: measured from where it enters the tree, for where its origin was
+ * moved that may be in front of it, and slots wait in the order of sizes (rti_f8_queue). */
+RTI_VEC rtk_u32 lone_open(const lone_sight *v, const rtk_bvhnode *n, int ahead, float t[RTK_BVH_WIDTH])
 {
     const char *const p = (const char *)n;
     rtk_u32 bits = 0u;
@@ -155,7 +162,10 @@ RTI_VEC rtk_u32 lone_open(const lone_sight *v, const rtk_bvhnode *n, float t[RTK
         const bvh_vec t0 = NODE(max)(NODE(max)(PLANE(in, 0), PLANE(in, 1)), NODE(max)(PLANE(in, 2), v->t0));
         const bvh_vec t1 = NODE(min)(NODE(min)(PLANE(out, 0), PLANE(out, 1)), NODE(min)(PLANE(out, 2), v->far));
 #undef PLANE
-        NODE(store)(t + h, t0);
+        if (ahead)
+            NODE(store)(t + h, t0 - v->first);
+        else
+            NODE(store)(t + h, t0);
         bits |= node_bits(NODE(le)(t0, t1)) << h;
     }
     return bits;
@@ -193,7 +203,7 @@ RTI_VEC int lone_closest(lone *l, int large, int moved, lone_leaf leaf, lone_lea
     s.words[LONE_STACK].n = 0u;
     s.words[2 * LONE_STACK].n = 0u;
     for (;;) { /* once a leaf */
-        const float end = lone_end(l, moved);
+        const float end = lone_end(l, moved), last = moved ? end - lone_first(l) : end;
         const lone_sight v = lone_sight_of(l, end);
         do {
             do {
@@ -202,13 +212,13 @@ RTI_VEC int lone_closest(lone *l, int large, int moved, lone_leaf leaf, lone_lea
                     return 0;
                 }
                 top--;
-            } while (top[0].t > end);
+            } while (top[0].t > last);
             at = top[LONE_STACK].n;
             count = top[2 * LONE_STACK].n;
             while (count == 0u) {
                 float t[RTK_BVH_WIDTH];
                 const rtk_bvhnode *const n = lone_node(&v, at);
-                const rtk_u32 bits = lone_open(&v, n, t);
+                const rtk_u32 bits = lone_open(&v, n, moved, t);
                 if (bits == 0u)
                     break;
                 lone_expect_slots(l, n, bits, large);
@@ -232,7 +242,7 @@ RTI_VEC int lone_any(lone *l, int large, int moved, lone_leaf leaf, lone_leaf re
         while (count == 0u) {
             float t[RTK_BVH_WIDTH];
             const rtk_bvhnode *const n = lone_node(&v, at);
-            const rtk_u32 bits = lone_open(&v, n, t);
+            const rtk_u32 bits = lone_open(&v, n, 0, t);
             if (bits == 0u) {
                 if (top == stack)
                     return 0;

@@ -61,11 +61,11 @@ static void eight(const float a[16], uint32_t bits, const uint32_t numbers[8], c
     const uint32_t lanes[8] = {low_at[0], low_at[1], low_at[2], low_at[3], low_at[0], low_at[1], low_at[2], low_at[3]};
     uint16_t count[16];
     uint8_t bytes[16];
-    if ((bits & 255u) != 0u)
-        out->least = rti_f8_least(bits & 255u, all8);
-    rti_f8_sorted(out->sorted, out->lane, bits & 255u, all8);
     const uint32_t in_order[8] = {0, 1, 2, 3, 4, 5, 6, 7};
     const rti_f8 turns = {1.0f, -1.0f, 1.0f, -1.0f, 1.0f, -1.0f, 1.0f, -1.0f};
+    if ((bits & 255u) != 0u)
+        out->least = rti_f8_least(bits & 255u, all8 * turns);
+    rti_f8_sorted(out->sorted, out->lane, bits & 255u, all8 * turns);
     if ((bits & 255u) != 0u)
         out->queued_last =
             (uint32_t)rti_f8_queue(out->queued, out->queued_u, out->queued_v, bits & 255u, all8 * turns, numbers, in_order);

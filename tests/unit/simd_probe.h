@@ -6,8 +6,8 @@
 
 /* What the functions of packed lanes give; places that they do not write hold what they held. */
 typedef struct simd_packed {
-    uint32_t least;                 /* rti_f8_least */
-    float sorted[8], pack8[8];      /* rti_f8_sorted, rti_f8_pack */
+    uint32_t least;                 /* rti_f8_least of a with every other sign turned, */
+    float sorted[8], pack8[8];      /* rti_f8_sorted of that; rti_f8_pack */
     uint32_t lane[8], packed_u8[8]; /* of rti_f8_sorted; rti_u8_pack */
     float put[16];                  /* rti_f16_put, of bits */
     float low;                      /* rti_f16_low */

@@ -85,22 +85,27 @@ RTI_VEC void rti_u8_take(uint32_t *to, const uint32_t *from, const uint32_t *lan
 {
     _mm256_storeu_si256((__m256i *)(void *)to, _mm256_permutevar8x32_epi32(rti_u8_load(from), rti_u8_load(lane)));
 }
+/* Numbers in the order of floats. */
+RTI_VEC __m256i rti_f8_order(rti_f8 a)
+{
+    const __m256i bits = _mm256_castps_si256(a);
+    return _mm256_xor_si256(bits, _mm256_srli_epi32(_mm256_srai_epi32(bits, 31), 1));
+}
 RTI_VEC uint32_t rti_f8_least(uint32_t bits, rti_f8 a)
 {
     const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    __m256i key = _mm256_or_si256(_mm256_and_si256(_mm256_castps_si256(a), _mm256_set1_epi32(~7)), lane);
-    key = _mm256_or_si256(key, _mm256_castps_si256(rti_m8_of(~bits)));
-    __m128i k = _mm_min_epu32(_mm256_castsi256_si128(key), _mm256_extracti128_si256(key, 1));
-    k = _mm_min_epu32(k, _mm_shuffle_epi32(k, 0x4e));
-    k = _mm_min_epu32(k, _mm_shuffle_epi32(k, 0xb1));
+    __m256i key = _mm256_or_si256(_mm256_and_si256(rti_f8_order(a), _mm256_set1_epi32(~7)), lane);
+    key = _mm256_blendv_epi8(_mm256_set1_epi32(0x7fffffff), key, _mm256_castps_si256(rti_m8_of(bits)));
+    __m128i k = _mm_min_epi32(_mm256_castsi256_si128(key), _mm256_extracti128_si256(key, 1));
+    k = _mm_min_epi32(k, _mm_shuffle_epi32(k, 0x4e));
+    k = _mm_min_epi32(k, _mm_shuffle_epi32(k, 0xb1));
     return (uint32_t)_mm_cvtsi128_si32(k) & 7u;
 }
 /* Keys of the distances' bits and the lanes through Batcher's network: six layers. */
 RTI_VEC void rti_f8_sorted(float *t, uint32_t *lane, uint32_t bits, rti_f8 a)
 {
     const __m256i number = _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0);
-    __m256i key = _mm256_castps_si256(_mm256_max_ps(a, _mm256_setzero_ps())), other;
-    key = _mm256_or_si256(_mm256_and_si256(key, _mm256_set1_epi32(~7)), number);
+    __m256i key = _mm256_or_si256(_mm256_and_si256(rti_f8_order(a), _mm256_set1_epi32(~7)), number), other;
     key = _mm256_blendv_epi8(_mm256_or_si256(number, _mm256_set1_epi32((int)0x80000000u)), key,
                              _mm256_castps_si256(rti_m8_of(bits)));
 #define LAYER(partner, less)                                                                                                     \
