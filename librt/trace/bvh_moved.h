@@ -1,15 +1,15 @@
 /* Batches of rays that start far away from a group, for hot files.
  *
  * Such rays' origins are moved (rtk_ray_approach), and t of a hit is the sum of the shift and of what the leaf test gives from
- * there, rounded. Only the walk of one ray knows such sums. A batch of them is copied with its origins moved, and with ranges of
- * exactly those t whose sums lie in the given ones; so any tracer of batches finds what there is in it, and the nearest from the
- * new origin is the nearest of all. What that leaves open are others whose sums are equal to its own: they lie between it and the
- * least t whose sum is greater, and any hit of the rays there is asked for, by the same means. Rays that have one, which are rare,
- * go by themselves. */
+ * there, rounded. Streams of closest hits know such sums (bvh_stream.h), and the walk of one ray. For any hits, among shapes and
+ * through the top level a batch is copied with its origins moved, and with ranges of exactly those t whose sums lie in the given
+ * ones; so any tracer of batches finds what there is in it, and the nearest from the new origin is the nearest of all. What that
+ * leaves open are others whose sums are equal to its own: they lie between it and the least t whose sum is greater, and any hit of
+ * the rays there is asked for, by the same means. Rays that have one, which are rare, go by themselves. */
 #ifndef RTI_BVH_MOVED_H
 #define RTI_BVH_MOVED_H
 
-#include "bvh_packet.h"
+#include "bvh_approach.h"
 #include "bvh_stream.h"
 
 #define MOVED          16384u  /* rays at a time */
@@ -87,32 +87,6 @@ RTI_VEC int moved_fits(const rtk_scene *scene, const rtk_trace_block *rays, rtk_
     return moved_many(rays, count, g->parts->lo, g->parts->hi, g->parts->scale);
 }
 
-/* rtk_ray_approach of the lanes `far`, which start far away: moves their origins. Returns those that it could not be done to. */
-RTI_VEC rtk_u32 moved_approach(const packet_rays *r, const rtk_part *part, rtk_u32 far, vec org[3], vec *shift)
-{
-    const vec edge = V(set)(RTK_FAR * part->scale), most = V(set)(3.402823466e38f), zero = V(set)(0.0f);
-    const float mid[3] = {0.5f * (part->lo.x + part->hi.x), 0.5f * (part->lo.y + part->hi.y), 0.5f * (part->lo.z + part->hi.z)};
-    const vec m = V(max)(V(max)(V(abs)(r->dir[0]), V(abs)(r->dir[1])), V(abs)(r->dir[2]));
-    const vec d[3] = {r->dir[0] / m, r->dir[1] / m, r->dir[2] / m};
-    const vec dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    rtk_u32 left = far;
-    *shift = zero;
-    for (rtk_u32 a = 0u; a < 3u; a++)
-        org[a] = r->org[a];
-    for (rtk_u32 k = 0u; k < 6u && left != 0u; k++) {
-        const vec f[3] = {V(set)(mid[0]) - org[0], V(set)(mid[1]) - org[1], V(set)(mid[2]) - org[2]};
-        const vec step = (f[0] * d[0] + f[1] * d[1] + f[2] * d[2]) / dd / m;
-        const vmask go = VM(of)(left);
-        for (rtk_u32 a = 0u; a < 3u; a++) { /* rtk_ff_along */
-            const wide_ff p = wide_two_prod(step, r->dir[a]), s = wide_two_sum(org[a], p.hi);
-            org[a] = V(select)(go, s.hi + (s.lo + p.lo), org[a]);
-        }
-        *shift = V(select)(go, *shift + step, *shift);
-        left &= ~VM(bits)(V(le)(V(max)(V(max)(V(abs)(org[0]), V(abs)(org[1])), V(abs)(org[2])), edge));
-    }
-    return left | (far & ~(VM(bits)(V(le)(V(abs)(org[0] + org[1] + org[2]), most)) & VM(bits)(V(le)(V(abs)(*shift), most))));
-}
-
 /* Of a block's `lanes`, moved by `shift`, the ranges; returns those whose were not found. The t above which sums are above tmin
  * is the one below the least that has such a sum; of 0 it is -shift. */
 RTI_VEC rtk_u32 moved_ranges(rtk_trace_block *b, const float *shift, rtk_u32 lanes)
@@ -178,7 +152,7 @@ RTI_VEC void moved_block(moved *a, rtk_u32 i, rtk_u32 n, const rtk_trace_block *
         V(store)(a->shift[i] + at, V(set)(0.0f));
         if (far == 0u)
             continue;
-        far &= ~moved_approach(&r, part, far, org, &shift);
+        far &= ~rays_approach(&r, part, far, org, &shift);
         wide |= (far & VM(bits)(V(lt)(V(set)(MOVED_SHIFT), V(abs)(shift)))) << at;
         lanes |= far << at;
         const vmask go = VM(of)(far);

@@ -35,8 +35,7 @@ static void RTK_NAME(moved_planes)(const rtk_scene *scene, const rtk_trace_block
 #if !(RTK_MODE & 1) /* any hit comes behind, and is asked for */
 static void JOIN(RTI_TRACER_NAME, plain, 1)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
                                             uint16_t *occluded, uint32_t count, rti_scratch *scratch, int coherent);
-/* Which of n rays have another hit beside the best one. Streams ask each ray for its own small range; what a pencil's rays have in
- * common is large. */
+/* Which of n rays have another hit beside the best one. */
 static void RTK_NAME(moved_ties)(moved *a, const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, rtk_u32 n,
                                  rti_scratch *scratch)
 {
@@ -45,20 +44,45 @@ static void RTK_NAME(moved_ties)(moved *a, const rtk_scene *scene, const rtk_tra
         some |= moved_found(a, i / RTK_BLOCK, rtk_umin(n - i, RTK_BLOCK), &rays[i / RTK_BLOCK], &hits[i / RTK_BLOCK]);
     if (!some)
         return;
-    JOIN(RTI_TRACER_NAME, plain, 1)(scene, a->own, NULL, a->tied, n, scratch, scene->groups->shape_count != 0u);
+    JOIN(RTI_TRACER_NAME, plain, 1)(scene, a->own, NULL, a->tied, n, scratch, 1);
     for (rtk_u32 i = 0u; i < n; i += RTK_BLOCK)
         a->alone[i / RTK_BLOCK] |= a->tied[i / RTK_BLOCK];
 }
 #endif
 
-/* Rays of one group, of which many start far away. As streams, coherent or not: what is known of the point that a pencil's lines
- * pass through is rounded from where they start, and packets have a large box of origins in common. */
+#if !(RTK_MODE & 1)
+/* Closest hits among triangles: in streams that know such sums. */
+static void RTK_NAME(moved_streams)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint32_t count,
+                                    rti_scratch *scratch)
+{
+    streams *a = scratch->room;
+    streams_begin(a, scene, rays, hits, NULL, scratch);
+    streams_part(a, scene->groups->parts, &scene->groups->parts->RTK_TREE);
+    for (rtk_u32 first = 0u; first < count; first += PACKET) {
+        packet_expect_rays(rays, first + PACKET, count);
+        RTK_NAME(stream_loads)(a, first, rtk_umin(count - first, PACKET), 0, RTK_MODE | STREAM_MOVED);
+        RTK_NAME(stream_flush_by)(a, PACKET, RTK_NAME(stream_run_moved));
+    }
+    RTK_NAME(stream_flush_by)(a, STREAM, RTK_NAME(stream_run_moved));
+    if (scene->groups->plane_count != 0u)
+        RTK_NAME(moved_planes)(scene, rays, hits, NULL, count, scratch);
+}
+#endif
+
+/* Rays of one group, of which many start far away. Among triangles as streams, coherent or not: what is known of the point that a
+ * pencil's lines pass through is rounded from where they start, and packets have a large box of origins in common. */
 static void RTK_NAME(moved)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                             uint32_t count, rti_scratch *scratch)
 {
     moved *a = (moved *)(void *)((char *)scratch->room + RTI_TRACE_STREAMS);
     const int together = scene->groups->shape_count != 0u; /* there streams do not go */
     rtk_scene bare = *scene;
+#if !(RTK_MODE & 1)
+    if (!together) {
+        RTK_NAME(moved_streams)(scene, rays, hits, count, scratch);
+        return;
+    }
+#endif
     a->group = *scene->groups;
     a->group.plane_count = 0u;
     bare.groups = &a->group;

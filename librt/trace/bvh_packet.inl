@@ -32,20 +32,20 @@ static void RTK_NAME(stream_alone)(streams *a, rtk_u32 number)
         stream_keep(a, number, q.best);
 }
 
-/* A ray of a stream by itself. */
-static void RTK_NAME(stream_single)(streams *a, stream *s, rtk_u32 l)
+/* A ray of a stream by itself. mode, here and below: RTK_MODE, with STREAM_MOVED or without. */
+RTI_VEC void RTK_NAME(stream_single)(streams *a, stream *s, rtk_u32 l, rtk_u32 mode)
 {
     if (s->ray[l].t1 == -RTK_INF)
         return;
     if (!(RTK_MODE & RTK_MODE_ANY))
-        stream_settle(a, s, l);
+        stream_settle(a, s, mode, l);
     RTK_NAME(stream_alone)(a, stream_number(s, RTK_MODE, l));
-    stream_ends(s, l, -RTK_INF);
+    stream_ends(s, mode, l, -RTK_INF);
     s->hit[l].t = -RTK_INF; /* nothing is nearer */
 }
 
 /* The streams of octants first to last to their end, by turns. */
-static void RTK_NAME(stream_run)(streams *a, rtk_u32 first, rtk_u32 last)
+RTI_VEC void RTK_NAME(stream_turns)(streams *a, rtk_u32 first, rtk_u32 last, rtk_u32 mode)
 {
     rtk_u32 live = 0u, which[8];
     for (rtk_u32 i = first; i <= last; i++) {
@@ -58,29 +58,44 @@ static void RTK_NAME(stream_run)(streams *a, rtk_u32 first, rtk_u32 last)
     while (live != 0u) {
         for (rtk_u32 i = 0u; i < live; i++) {
             stream *s = &a->of[which[i]];
-            const rtk_u32 left = stream_step(a, which[i], RTK_MODE);
+            const rtk_u32 left = stream_step(a, which[i], mode);
             a->scratch->stats.crowded += left;
             for (rtk_u32 k = 0u; k < left; k++)
-                RTK_NAME(stream_single)(a, s, a->now[k]);
+                RTK_NAME(stream_single)(a, s, a->now[k], mode);
             if (s->top == 0u)
                 which[i--] = which[--live];
         }
     }
     for (rtk_u32 i = first; i <= last && !(RTK_MODE & RTK_MODE_ANY); i++)
-        stream_end(a, &a->of[i]);
+        stream_end(a, &a->of[i], mode);
 }
+static void RTK_NAME(stream_run)(streams *a, rtk_u32 first, rtk_u32 last)
+{
+    RTK_NAME(stream_turns)(a, first, last, RTK_MODE);
+}
+#if !(RTK_MODE & 1)
+static void RTK_NAME(stream_run_moved)(streams *a, rtk_u32 first, rtk_u32 last)
+{
+    RTK_NAME(stream_turns)(a, first, last, RTK_MODE | STREAM_MOVED);
+}
+#endif
 
 /* Runs the streams that have no room for so many more rays; of a large tree all of them together. */
-static void RTK_NAME(stream_flush)(streams *a, rtk_u32 room)
+typedef void RTK_NAME(stream_runs)(streams *a, rtk_u32 first, rtk_u32 last);
+RTI_VEC void RTK_NAME(stream_flush_by)(streams *a, rtk_u32 room, RTK_NAME(stream_runs) run)
 {
     rtk_u32 most = 0u;
     for (rtk_u32 i = 0u; i < 8u; i++) {
         most = rtk_umax(most, a->next[i]);
         if (!a->turns && a->next[i] + room > STREAM)
-            RTK_NAME(stream_run)(a, i, i);
+            run(a, i, i);
     }
     if (a->turns && most + room > STREAM)
-        RTK_NAME(stream_run)(a, 0u, 7u);
+        run(a, 0u, 7u);
+}
+static void RTK_NAME(stream_flush)(streams *a, rtk_u32 room)
+{
+    RTK_NAME(stream_flush_by)(a, room, RTK_NAME(stream_run));
 }
 
 /* Of a packet's rays those that go on in streams (a; NULL: none may), the others by themselves. */
@@ -149,15 +164,19 @@ RTI_VEC void RTK_NAME(packet_out)(const packet *p, rtk_u32 n, rtk_hit_block *hit
 }
 
 /* Rays [first, first + n) into streams, without more ado. */
-static void RTK_NAME(stream_all)(streams *a, rtk_u32 first, rtk_u32 n, int again)
+RTI_VEC void RTK_NAME(stream_loads)(streams *a, rtk_u32 first, rtk_u32 n, int again, rtk_u32 mode)
 {
     const rtk_u32 part = (rtk_u32)(a->part - a->scene->groups->parts);
     for (rtk_u32 at = 0u; at < n; at += RTI_SIMD) {
         if (again && first + at < a->told && !(a->enters[(first + at) / RTI_SIMD] >> part & 1u))
             continue;
-        for (rtk_u32 left = stream_load(a, RTK_MODE, first + at, n - at, again); left != 0u; left &= left - 1u)
+        for (rtk_u32 left = stream_load(a, mode, first + at, n - at, again); left != 0u; left &= left - 1u)
             RTK_NAME(stream_alone)(a, first + at + (rtk_u32)__builtin_ctz(left));
     }
+}
+static void RTK_NAME(stream_all)(streams *a, rtk_u32 first, rtk_u32 n, int again)
+{
+    RTK_NAME(stream_loads)(a, first, n, again, RTK_MODE);
 }
 
 /* The scene's planes for rays [first, first + n), as packets, before anything else is asked. */

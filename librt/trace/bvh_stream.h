@@ -19,6 +19,10 @@
  * sixteenth of what RTK_GROW holds in reserve (ray.h, theory point 3), as long as it is a normal float, or 2^-150, by which it is
  * rounded below those, is as little beside scale |inv|. Rays that come near either end of the floats' range go by bvh_lanes.inl.
  * This is for triangles in blocks of a group each hit of which counts (stream_fits).
+ *
+ * Closest hits of rays that start far away (mode STREAM_MOVED): origins are moved as they come (bvh_approach.h), boxes are met from
+ * there, and all that the leaf test says, in t as the caller's rays have it, are sums with the shift: so where these are equal, the
+ * order of hits decides as it does anyhow. What is not sums, where boxes are entered and where a ray ends for them, is apart.
  */
 #ifndef RTI_BVH_STREAM_H
 #define RTI_BVH_STREAM_H
@@ -41,6 +45,8 @@
 #define STREAM_TOLD   16384u                 /* rays of a batch of which is told which parts they may enter */
 #define STREAM_SPARED 8u                     /* as long as of so many times RTI_SIMD rays one misses a part */
 #define STREAM_STACK  (RTK_BVH_STACK + RTK_BVH_WIDTH)
+
+#define STREAM_MOVED  8u /* beside RTK_MODE_: rays may start far away, closest hits alone */
 
 /* A ray against boxes; t1 is where its best hit is, when that is nearer than where it leaves the part. */
 typedef struct stream_ray {
@@ -73,6 +79,7 @@ typedef struct stream {
     stream_tri tri[STREAM_PLACES];
     stream_hit hit[STREAM_PLACES];
     float who[4u * STREAM_PLACES]; /* STREAM_WHO each */
+    float far[STREAM_PLACES], shift[STREAM_PLACES]; /* STREAM_MOVED: of sums, what t1 is else; by which the origin was moved */
     uint16_t list[STREAM_LIST + 32u];
 #ifdef RTI_PACK
     float wide[STREAM / 16u][8][16]; /* fields of ray[], sixteen rays side by side */
@@ -137,9 +144,30 @@ RTI_VEC int stream_fits(const rtk_group *g, const rtk_part *part)
     return (g->flags & RTK_GROUP_PLAIN) && g->shape_count == 0u && part->RTK_TREE.block_count != 0u;
 }
 
-/* Ray l ends at t from now on. */
-RTI_VEC void stream_ends(stream *s, rtk_u32 l, float t)
+/* Behind this no box is entered by a ray whose hits' sums with the shift are to be no more than t. */
+#define STREAM_REACH 2.3841858e-07f /* 2^-22: two roundings, each of 2^-24 of t and of the shift at most */
+RTI_VEC float stream_reach(float t, float shift)
 {
+    return (t - shift) + STREAM_REACH * (rtk_fabs(t) + rtk_fabs(shift));
+}
+
+/* Behind this no hit is looked for. */
+RTI_VEC float stream_far(const stream *s, rtk_u32 mode, rtk_u32 l)
+{
+    return mode & STREAM_MOVED ? s->far[l] : s->ray[l].t1;
+}
+RTI_VEC float stream_shift(const stream *s, rtk_u32 mode, rtk_u32 l)
+{
+    return mode & STREAM_MOVED ? s->shift[l] : 0.0f;
+}
+
+/* Ray l ends at t from now on. */
+RTI_VEC void stream_ends(stream *s, rtk_u32 mode, rtk_u32 l, float t)
+{
+    if (mode & STREAM_MOVED) {
+        s->far[l] = t;
+        t = t == -RTK_INF ? t : rtk_min(s->ray[l].t1, stream_reach(t, s->shift[l]));
+    }
     s->ray[l].t1 = t;
 #ifdef RTI_PACK
     s->wide[l / 16u][7][l % 16u] = t;
@@ -178,7 +206,7 @@ RTI_VEC void stream_occluded(const streams *a, rtk_u32 number)
 RTI_VEC void stream_done(const streams *a, stream *s, rtk_u32 l)
 {
     stream_occluded(a, stream_number(s, RTK_MODE_ANY, l));
-    stream_ends(s, l, -RTK_INF);
+    stream_ends(s, RTK_MODE_ANY, l, -RTK_INF);
 }
 
 /* A reference by the leaf test itself. */
@@ -195,21 +223,21 @@ static void stream_ask_plain(const streams *a, stream *s, rtk_u32 l, rtk_u32 mod
     } else if (!(mode & RTK_MODE_ANY)) {
         stream_keep(a, stream_number(s, mode, l), q.best);
         s->hit[l].t = q.best.t;
-        stream_ends(s, l, rtk_min(s->ray[l].t1, q.best.t));
+        stream_ends(s, mode, l, rtk_min(stream_far(s, mode, l), q.best.t));
     }
 }
 
 /* A ray's best hit is among the batch's. */
-static void stream_settle(const streams *a, stream *s, rtk_u32 l)
+static void stream_settle(const streams *a, stream *s, rtk_u32 mode, rtk_u32 l)
 {
     const stream_hit h = s->hit[l];
     if (h.late == RTK_INVALID)
         return;
     const rtk_u32 ref = a->tree.refs[h.late];
     s->hit[l].late = RTK_INVALID;
-    if (h.t < s->ray[l].t1) { /* put aside; nothing is in front of it */
-        stream_ask_plain(a, s, l, 0u, ref);
-        stream_ends(s, l, rtk_min(s->ray[l].t1, s->hit[l].t));
+    if (h.t < stream_far(s, mode, l)) { /* put aside; nothing is in front of it */
+        stream_ask_plain(a, s, l, mode, ref);
+        stream_ends(s, mode, l, rtk_min(stream_far(s, mode, l), s->hit[l].t));
         return;
     }
     const rtk_tri *tri = &a->scene->groups->tris[ref];
@@ -220,7 +248,7 @@ static void stream_settle(const streams *a, stream *s, rtk_u32 l)
 static void stream_ask(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rtk_u32 ref)
 {
     if (!(mode & RTK_MODE_ANY))
-        stream_settle(a, s, l);
+        stream_settle(a, s, mode, l);
     stream_ask_plain(a, s, l, mode, ref);
 }
 
@@ -236,7 +264,7 @@ RTI_VEC int stream_is(const streams *a, const stream *s, rtk_u32 l, rtk_u32 plac
 static void stream_doubt(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rtk_u32 place, rtk_u32 certain, float t, float off)
 {
     const stream_tri *r = &s->tri[l];
-    const float far = s->ray[l].t1;
+    const float far = stream_far(s, mode, l), shift = stream_shift(s, mode, l);
     float within[2] = {t - off, t + off};
     int sure = 1;
     if (!certain) {
@@ -244,7 +272,7 @@ static void stream_doubt(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, r
         const rtk_u32 j = place % 4u;
         const rtk_u32 kz = stream_kind(s, mode, l), kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
         const rti_tri_pair pair = {r->ox,  r->oy, r->oz,          r->sx,   r->sy,
-                                   r->kdz, 0.0f,  a->part->scale, r->tmin, mode & RTK_MODE_ANY ? r->tmax : rtk_min(r->tmax, far)};
+                                   r->kdz, shift, a->part->scale, r->tmin, mode & RTK_MODE_ANY ? r->tmax : rtk_min(r->tmax, far)};
         const float c0[3] = {b->v0[kx][j], b->v0[ky][j], b->v0[kz][j]}, c1[3] = {b->v1[kx][j], b->v1[ky][j], b->v1[kz][j]};
         const float c2[3] = {b->v2[kx][j], b->v2[ky][j], b->v2[kz][j]};
         sure = rti_tri_settle(&pair, c0, c1, c2, within);
@@ -262,7 +290,7 @@ static void stream_doubt(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, r
     }
     s->hit[l].t = within[0];
     s->hit[l].late = place;
-    stream_ends(s, l, rtk_min(far, within[1]));
+    stream_ends(s, mode, l, rtk_min(far, within[1]));
     __builtin_prefetch(&a->tree.refs[place]);
 }
 
@@ -270,12 +298,12 @@ static void stream_doubt(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, r
 RTI_VEC void stream_take(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rtk_u32 place, float t, float u, float v)
 {
     stream_hit *h = &s->hit[l];
-    const float far = s->ray[l].t1;
+    const float far = stream_far(s, mode, l);
     if (mode & RTK_MODE_ANY) {
         stream_done(a, s, l);
     } else if (t < h->t) {
         *h = (stream_hit){t, u, v, place};
-        stream_ends(s, l, rtk_min(far, t));
+        stream_ends(s, mode, l, rtk_min(far, t));
         __builtin_prefetch(&a->tree.refs[place]);
     } else if (t == h->t && !(h->t < far) && h->late != RTK_INVALID) { /* triangles stand in the order of hits */
         if (a->tree.refs[place] < a->tree.refs[h->late])

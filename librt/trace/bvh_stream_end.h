@@ -72,14 +72,21 @@ RTI_VEC void stream_asides(const streams *a, const stream *s, const uint16_t *id
 }
 
 /* Of n rays, no more than vectors hold, the hits that were put aside. */
-static void stream_decide(const streams *a, stream *s, const uint16_t *ids, rtk_u32 n)
+static void stream_decide(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n)
 {
     float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD];
     vec r[8], of[11];
     tri_hit hit;
     stream_shears(s, ids, n, r);
     stream_asides(a, s, ids, n, of);
-    const tri_ray ray = {r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], V(set)(0.0f), V(set)(a->part->scale)};
+    vec shift = V(set)(0.0f);
+    if (mode & STREAM_MOVED) {
+        float each[RTI_SIMD] = {0.0f};
+        for (rtk_u32 i = 0u; i < n; i++)
+            each[i] = s->shift[ids[i]];
+        shift = V(load)(each);
+    }
+    const tri_ray ray = {r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], shift, V(set)(a->part->scale)};
     hit.hit = 0u;
     hit.t = hit.u = hit.v = V(set)(0.0f);
     tri_exact(&ray, &of[0], &of[1], of + 2, of + 5, of + 8, (2u << (n - 1u)) - 1u, &hit);
@@ -90,18 +97,18 @@ static void stream_decide(const streams *a, stream *s, const uint16_t *ids, rtk_
         const rtk_u32 l = ids[i];
         if (hit.hit >> i & 1u) {
             s->hit[l].t = t[i];
-            stream_ends(s, l, t[i]);
+            stream_ends(s, mode, l, t[i]);
             s->hit[l].u = u[i];
             s->hit[l].v = v[i];
         } else { /* the ray starts or ends on an edge */
-            stream_settle(a, s, l);
+            stream_settle(a, s, mode, l);
         }
     }
 }
 
 /* Of a stream's rays those that have a hit of their own, aside: that was put aside, to a->now. Returns how many. Which are is not
  * to be foreseen, so there is no branch. */
-RTI_VEC rtk_u32 stream_late(streams *a, const stream *s, int aside)
+RTI_VEC rtk_u32 stream_late(streams *a, const stream *s, rtk_u32 mode, int aside)
 {
     rtk_u32 n = 0u;
 #ifdef RTI_PACK
@@ -111,7 +118,7 @@ RTI_VEC rtk_u32 stream_late(streams *a, const stream *s, int aside)
         memcpy(&place, &late, sizeof place);
         rtk_u32 bits = stream_some(place ^ RTK_INVALID);
         if (aside)
-            bits &= VM(bits)(V(lt)(t, V(load)(s->wide[i / 16u][7])));
+            bits &= VM(bits)(V(lt)(t, V(load)(mode & STREAM_MOVED ? s->far + i : s->wide[i / 16u][7])));
         if (s->n - i < 16u)
             bits &= (1u << (s->n - i)) - 1u;
         n += rti_u16_count(a->now + n, i, bits);
@@ -119,24 +126,24 @@ RTI_VEC rtk_u32 stream_late(streams *a, const stream *s, int aside)
 #else
     for (rtk_u32 i = 0u; i < s->n; i++) {
         a->now[n] = (uint16_t)i;
-        n += (rtk_u32)(s->hit[i].late != RTK_INVALID) & (rtk_u32)(!aside || s->hit[i].t < s->ray[i].t1);
+        n += (rtk_u32)(s->hit[i].late != RTK_INVALID) & (rtk_u32)(!aside || s->hit[i].t < stream_far(s, mode, i));
     }
 #endif
     return n;
 }
 
 /* The hits of a stream go to their places: each is nearer than what stands there. */
-RTI_VEC void stream_end(streams *a, stream *s)
+RTI_VEC void stream_end(streams *a, stream *s, rtk_u32 mode)
 {
     const rtk_group *g = a->scene->groups;
-    rtk_u32 n = stream_late(a, s, 1), first = 0u, count = 0u, geom = 0u;
+    rtk_u32 n = stream_late(a, s, mode, 1), first = 0u, count = 0u, geom = 0u;
     stream_expect(a, s, a->now, rtk_umin(n, RTI_SIMD));
     for (rtk_u32 i = 0u; i < n; i += RTI_SIMD) {
         if (n - i > RTI_SIMD)
             stream_expect(a, s, a->now + i + RTI_SIMD, rtk_umin(n - i - RTI_SIMD, RTI_SIMD));
-        stream_decide(a, s, a->now + i, rtk_umin(n - i, RTI_SIMD));
+        stream_decide(a, s, mode, a->now + i, rtk_umin(n - i, RTI_SIMD));
     }
-    n = stream_late(a, s, 0);
+    n = stream_late(a, s, mode, 0);
     for (rtk_u32 i = 0u; i < n; i++) {
         const stream_hit *h = &s->hit[a->now[i]];
         const rtk_u32 number = stream_number(s, 0u, a->now[i]), k = number % RTK_BLOCK, ref = a->tree.refs[h->late];

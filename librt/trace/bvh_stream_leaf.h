@@ -12,7 +12,7 @@ RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 
     const stream_tri *o = &s->tri[l];
     const bvh_pairs_ray r = {NODE(set)(o->ox), NODE(set)(o->oy),         NODE(set)(o->oz),   NODE(set)(o->sx),
                              NODE(set)(o->sy), NODE(set)(o->kdz),        NODE(set)(o->tmin), NODE(set)(o->tmax),
-                             NODE(set)(0.0f),  NODE(set)(a->part->scale)};
+                             NODE(set)(stream_shift(s, mode, l)), NODE(set)(a->part->scale)};
     for (rtk_u32 k = at / 4u; k < end; k += BVH_PAIRS) {
         bvh_pairs_hit hit;
         float t[NODE_N], u[NODE_N], v[NODE_N], off[NODE_N];
@@ -51,10 +51,13 @@ __attribute__((noinline, unused)) static void stream_fours_each(const streams *a
 /* What they give in vectors, as stream_take and stream_doubt would: of each ray's hits the nearest is kept, or put aside. false:
  * they must go one by one, as nothing was done, where a hit is not for certain, or lies between a best one's bounds, or two are
  * equally near. tmax: the rays' ends. */
-RTI_VEC int stream_fours_keep(stream *s, const tri_hit *hit, vec tmax, const rtk_u32 hit_at[4], const rtk_u32 ray_at[4],
-                              rtk_u32 k)
+RTI_VEC int stream_fours_keep(stream *s, rtk_u32 mode, const tri_hit *hit, vec tmax, const rtk_u32 hit_at[4],
+                              const rtk_u32 lane[4], rtk_u32 k)
 {
-    const vec best = rti_f16_each(&s->hit[0].t, hit_at), far = rti_f16_each(&s->ray[0].t1, ray_at);
+    float *ends = mode & STREAM_MOVED ? s->far : &s->ray[0].t1;
+    const rtk_u32 step = mode & STREAM_MOVED ? 1u : sizeof *s->ray / sizeof *ends;
+    const rtk_u32 end_at[4] = {step * lane[0], step * lane[1], step * lane[2], step * lane[3]};
+    const vec best = rti_f16_each(&s->hit[0].t, hit_at), far = rti_f16_each(ends, end_at);
     const vec off = V(select)(VM(of)(hit->doubt), hit->off, V(set)(0.0f)), lo = hit->t - off, hi = hit->t + off;
     const rtk_u32 out = hit->doubt & VM(bits)(V(lt)(V(min)(tmax, far), lo)), may = (hit->hit | hit->doubt) & ~out;
     const vec least = rti_f16_least4(V(select)(VM(of)(may), lo, V(set)(RTK_INF)));
@@ -65,9 +68,9 @@ RTI_VEC int stream_fours_keep(stream *s, const tri_hit *hit, vec tmax, const rtk
     take &= ~(doubt & ~(VM(bits)(V(lt)(lo, hi)) & VM(bits)(V(lt)(lo, far))));
     if (twice | (before ^ take) | (hit->doubt ^ hit->certain))
         return 0;
-    rti_f16_keep4(&s->hit[0].t, &s->ray[0].t1, hit_at, ray_at, take, lo, hit->u, hit->v, V(min)(hi, far), 4u * k);
+    rti_f16_keep4(&s->hit[0].t, ends, hit_at, end_at, take, lo, hit->u, hit->v, V(min)(hi, far), 4u * k);
     for (rtk_u32 i = 0u; i < 4u; i++)
-        stream_ends(s, hit_at[i] / 4u, s->ray[hit_at[i] / 4u].t1);
+        stream_ends(s, mode, lane[i], stream_far(s, mode, lane[i]));
     return 1;
 }
 
@@ -87,7 +90,8 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
             who[k] = STREAM_WHO(mode) * lane[k];
         }
         rti_f16_fields(&s->tri[0].ox, eight, o);
-        const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], V(set)(0.0f), V(set)(a->part->scale)};
+        const vec shift = mode & STREAM_MOVED ? rti_f16_each(s->shift, lane) : V(set)(0.0f);
+        const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], shift, V(set)(a->part->scale)};
         const rti_i16 z = rti_i16_row(rti_f16_each(s->who, who)), x = rti_i16_next(z), y = rti_i16_next(x);
         rtk_u32 want = (1u << 4u * some) - 1u;
         for (rtk_u32 k = at / 4u; k < end && want != 0u; k++) {
@@ -104,7 +108,7 @@ RTI_VEC void stream_leaf_fours(const streams *a, stream *s, rtk_u32 mode, const 
             hit.doubt &= own;
             hit.certain &= own;
             if (!(mode & RTK_MODE_ANY)) {
-                if (__builtin_expect(stream_fours_keep(s, &hit, r.tmax, four, eight, k), 1))
+                if (__builtin_expect(stream_fours_keep(s, mode, &hit, r.tmax, four, lane, k), 1))
                     continue;
             } else if (hit.doubt == hit.certain) {
                 for (rtk_u32 m = 0u; m < 4u; m++)
@@ -134,7 +138,8 @@ RTI_VEC void stream_leaf_twos(const streams *a, stream *s, rtk_u32 mode, const u
         vec o[8];
         const rtk_u32 eight[2] = {8u * lane[0], 8u * lane[1]};
         rti_f8_fields(&s->tri[0].ox, eight, o);
-        const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], V(set)(0.0f), V(set)(a->part->scale)};
+        const vec shift = mode & STREAM_MOVED ? rti_f8_each(s->shift, lane) : V(set)(0.0f);
+        const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], shift, V(set)(a->part->scale)};
         for (rtk_u32 k = at / 4u; k < end && want != 0u; k++) {
             const rtk_bvhblock *b = &a->tree.blocks[k];
 #define ROWS(v)                                                                                                                  \
@@ -227,13 +232,19 @@ RTI_VEC rtk_u32 stream_many_test(const stream_corners *c, const tri_ray *r, cons
     return hit ? tri_test(r, v0, v1, v2, want, hit) : tri_inside(r, v0, v1, v2, want);
 }
 
+/* stream_far of many rays. */
+RTI_VEC vec stream_fars(const stream *s, rtk_u32 mode, const uint16_t lane[RTI_SIMD])
+{
+    return mode & STREAM_MOVED ? V(column)(s->far, 1u, lane) : V(column)(&s->ray[0].t1, 8u, lane);
+}
+
 /* What RTI_SIMD rays, which are different ones where they count, and the triangle at a place give in vectors, as stream_take and
  * stream_doubt would. Returns the rays for which nothing was done, as they must go one by one: where a hit is not for certain,
  * lies between the best one's bounds, or is as near. */
-RTI_VEC rtk_u32 stream_many_keep(stream *s, const tri_hit *hit, vec tmax, const uint16_t lane[RTI_SIMD], rtk_u32 place)
+RTI_VEC rtk_u32 stream_many_keep(stream *s, rtk_u32 mode, const tri_hit *hit, vec tmax, const uint16_t lane[RTI_SIMD], rtk_u32 place)
 {
     const rtk_u32 known = hit->hit | hit->certain, doubt = known & hit->doubt;
-    const vec best = V(column)(&s->hit[0].t, 4u, lane), far = V(column)(&s->ray[0].t1, 8u, lane);
+    const vec best = V(column)(&s->hit[0].t, 4u, lane), far = stream_fars(s, mode, lane);
     const vec off = V(select)(VM(of)(doubt), hit->off, V(set)(0.0f)), lo = hit->t - off, hi = hit->t + off;
     const rtk_u32 may = known & ~(doubt & VM(bits)(V(lt)(V(min)(tmax, far), lo)));
     const rtk_u32 between = VM(bits)(V(lt)(lo, hi)) & VM(bits)(V(lt)(lo, far));
@@ -247,7 +258,7 @@ RTI_VEC rtk_u32 stream_many_keep(stream *s, const tri_hit *hit, vec tmax, const 
         for (rtk_u32 bits = take; bits != 0u; bits &= bits - 1u) {
             const rtk_u32 k = (rtk_u32)__builtin_ctz(bits);
             memcpy(&s->hit[lane[k]], kept[k], sizeof kept[k]);
-            stream_ends(s, lane[k], end[k]);
+            stream_ends(s, mode, lane[k], end[k]);
         }
     }
     return left | (hit->doubt & ~known);
@@ -265,7 +276,7 @@ RTI_VEC rtk_u32 stream_many_met(const streams *a, stream *s, rtk_u32 mode, const
     }
     if (!(mode & RTK_MODE_ANY) && __builtin_popcount(bits) > STREAM_SINGLY) {
         __builtin_prefetch(&a->tree.refs[place]);
-        bits = stream_many_keep(s, hit, tmax, lane, place);
+        bits = stream_many_keep(s, mode, hit, tmax, lane, place);
     }
     if (__builtin_expect(bits != 0u, 0)) {
         float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD], off[RTI_SIMD];
@@ -299,7 +310,8 @@ RTI_VEC void stream_leaf_some(const streams *a, stream *s, rtk_u32 mode, const u
             lane = last;
         }
         V(records)(&s->tri[0].ox, lane, o);
-        const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], V(set)(0.0f), V(set)(a->part->scale)};
+        const vec shift = mode & STREAM_MOVED ? V(column)(s->shift, 1u, lane) : V(set)(0.0f);
+        const tri_ray r = {o[0], o[1], o[2], o[3], o[4], o[5], o[6], o[7], shift, V(set)(a->part->scale)};
         const vec_rows z = VI(rows)(s->who, STREAM_WHO(mode), lane), x = VI(next)(z), rows[3] = {x, VI(next)(x), z};
         if (!(mode & RTK_MODE_ANY)) {
             for (rtk_u32 place = first; place < first + count; place++) {

@@ -2,6 +2,7 @@
 #ifndef RTI_BVH_STREAM_WALK_H
 #define RTI_BVH_STREAM_WALK_H
 
+#include "bvh_approach.h"
 #include "bvh_stream_dense.h"
 #include "bvh_stream_end.h"
 
@@ -17,9 +18,10 @@ RTI_VEC vec stream_turned(const stream_axes *a, vec x, vec y, vec z)
     return V(select)(a->first, x, V(select)(a->second, y, z));
 }
 
-/* Where lanes' records stand in streams: so many words behind the first octant's first record of eight, of four and of two. */
+/* Where lanes' records stand in streams: so many words behind the first octant's first record of eight, of four, of two and of
+ * one. */
 typedef struct stream_places {
-    rtk_u32 eight[RTI_SIMD], four[RTI_SIMD], two[RTI_SIMD];
+    rtk_u32 eight[RTI_SIMD], four[RTI_SIMD], two[RTI_SIMD], one[RTI_SIMD];
 } stream_places;
 
 #define STREAM_WORDS (rtk_u32)(sizeof(stream) / sizeof(float))
@@ -48,10 +50,11 @@ RTI_VEC void stream_places_of(streams *a, vec_whole octant, rtk_u32 lanes, strea
     memcpy(&to, &x, sizeof to);
     x = V(select)(some, stream_vec(first), V(set)(0.0f));
     memcpy(&first, &x, sizeof first);
-    const vec_bits eight = first + to * 8u, four = first + to * 4u, two = first + to * 2u;
+    const vec_bits eight = first + to * 8u, four = first + to * 4u, two = first + to * 2u, one = first + to;
     memcpy(p->eight, &eight, sizeof eight);
     memcpy(p->four, &four, sizeof four);
     memcpy(p->two, &two, sizeof two);
+    memcpy(p->one, &one, sizeof one);
 #else
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
         const rtk_u32 live = lanes >> i & 1u, of = (rtk_u32)octant[i];
@@ -59,6 +62,7 @@ RTI_VEC void stream_places_of(streams *a, vec_whole octant, rtk_u32 lanes, strea
         p->eight[i] = first + to * 8u;
         p->four[i] = first + to * 4u;
         p->two[i] = first + to * 2u;
+        p->one[i] = first + to;
     }
 #endif
 }
@@ -91,10 +95,16 @@ RTI_VEC void stream_twos(vec a, vec b, float *to, const rtk_u32 at[RTI_SIMD])
 }
 #endif
 
-/* RTI_SIMD rays prepared for the part. t: of their best hits; kind, key: as of a packet. */
+/* RTI_SIMD rays prepared for the part. t: of their best hits; kind, key: as of a packet; shift: STREAM_MOVED. */
 typedef struct stream_rays {
-    vec org[3], dir[3], inv[3], tmin, tmax, t0, t1, t, kind, key;
+    vec org[3], dir[3], inv[3], tmin, tmax, t0, t1, t, kind, key, shift;
 } stream_rays;
+
+/* stream_reach of many rays. */
+RTI_VEC vec stream_reaches(vec t, vec shift)
+{
+    return (t - shift) + V(set)(STREAM_REACH) * (V(abs)(t) + V(abs)(shift));
+}
 
 /* Of RTI_SIMD rays those that enter a slot of the tree's root. end: no farther than this. */
 RTI_VEC rtk_u32 stream_enters(const streams *a, const stream_rays *r, const vec start[3], vec end, rtk_u32 lanes)
@@ -134,8 +144,9 @@ RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u
     }
     left |= lanes & ~VM(bits)(V(le)(V(set)(BVH_START_LEAST), least * V(set)(a->part->scale)));
     lanes &= ~left;
+    const vec end = V(min)(r->t1, mode & STREAM_MOVED ? stream_reaches(r->t, r->shift) : r->t);
     if (stream_asks_root(a)) {
-        const rtk_u32 enter = stream_enters(a, r, start, V(min)(r->t1, r->t), lanes);
+        const rtk_u32 enter = stream_enters(a, r, start, end, lanes);
         a->looked += (rtk_u32)__builtin_popcount(lanes);
         a->missed += (rtk_u32)__builtin_popcount(lanes & ~enter);
         lanes = enter;
@@ -146,7 +157,7 @@ RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u
     const vec dx = stream_turned(&axes, r->dir[1], r->dir[2], r->dir[0]),
               dy = stream_turned(&axes, r->dir[2], r->dir[0], r->dir[1]);
     const vec dz = stream_turned(&axes, r->dir[0], r->dir[1], r->dir[2]);
-    const vec slabs[8] = {r->inv[0], r->inv[1], r->inv[2], start[0], start[1], start[2], r->t0, V(min)(r->t1, r->t)};
+    const vec slabs[8] = {r->inv[0], r->inv[1], r->inv[2], start[0], start[1], start[2], r->t0, end};
     const vec shear[8] = {stream_turned(&axes, r->org[1], r->org[2], r->org[0]),
                           stream_turned(&axes, r->org[2], r->org[0], r->org[1]),
                           stream_turned(&axes, r->org[0], r->org[1], r->org[2]),
@@ -162,6 +173,10 @@ RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u
     numbers += number;
     stream_eights(slabs, a->of[0].ray[0].inv, to.eight);
     stream_eights(shear, &a->of[0].tri[0].ox, to.eight);
+    for (rtk_u32 i = 0u; mode & STREAM_MOVED && i < RTI_SIMD; i++) {
+        a->of[0].far[to.one[i]] = r->t[i];
+        a->of[0].shift[to.one[i]] = r->shift[i];
+    }
     if (mode & RTK_MODE_ANY) {
         stream_twos(r->kind, stream_vec(numbers), a->of[0].who, to.two);
     } else {
@@ -222,6 +237,29 @@ RTI_VEC int stream_tells(const streams *a, rtk_u32 number)
            a->spared >= number / RTI_SIMD / STREAM_SPARED;
 }
 
+/* Of `far`, which start far away, moves the origins. Returns those that enter the part then (rtk_ray_prepare); the others miss it. */
+RTI_VEC rtk_u32 stream_move(const streams *a, const packet_rays *from, stream_rays *r, rtk_u32 far)
+{
+    const float lo[3] = {a->part->lo.x, a->part->lo.y, a->part->lo.z}, hi[3] = {a->part->hi.x, a->part->hi.y, a->part->hi.z};
+    const vmask go = VM(of)(far);
+    vec org[3], in = V(set)(-RTK_INF), out = V(set)(RTK_INF);
+    r->shift = V(set)(0.0f);
+    if (far == 0u)
+        return 0u;
+    far &= ~rays_approach(from, a->part, far, org, &r->shift);
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const vec x = (V(set)(lo[k]) - org[k]) * r->inv[k], y = (V(set)(hi[k]) - org[k]) * r->inv[k];
+        in = V(max)(in, V(min)(x, y));
+        out = V(min)(out, V(max)(x, y));
+        r->org[k] = V(select)(go, org[k], r->org[k]);
+    }
+    r->shift = V(select)(go, r->shift, V(set)(0.0f));
+    r->t0 = V(select)(go, in, r->t0);
+    r->t1 = V(select)(go, out, r->t1);
+    far &= VM(bits)(V(le)(in, out)) & ~VM(bits)(V(lt)(r->shift + out, r->tmin));
+    return far & ~VM(bits)(V(lt)(r->tmax, r->shift + in));
+}
+
 /* RTI_SIMD rays of the batch, `count` of them at most, join streams. again: something was asked for them before, and their hits
  * so far stand in the batch. Returns those that must go by themselves. */
 RTI_VEC rtk_u32 stream_load(streams *a, rtk_u32 mode, rtk_u32 number, rtk_u32 count, int again)
@@ -268,6 +306,10 @@ RTI_VEC rtk_u32 stream_load(streams *a, rtk_u32 mode, rtk_u32 number, rtk_u32 co
         stream_tell(a, &r, lanes, number);
     packet_rays_key(&from, &r.kind, &r.key);
     lanes = packet_rays_enter(r.org, r.inv, r.tmin, r.tmax, lanes, a->part, &r.t0, &r.t1, &far);
+    if (mode & STREAM_MOVED) {
+        lanes |= stream_move(a, &from, &r, far);
+        far = 0u;
+    }
     return far | stream_put(a, mode, &r, lanes, number);
 }
 
