@@ -40,6 +40,7 @@ typedef struct rti_build_input {
     uint32_t box_count;
     float lo[3], hi[3]; /* root box, already grown */
     float grow;
+    bool balls; /* some of them are spheres, which rti_tree_balls is to tell the tree of */
 } rti_build_input;
 
 /* Builds with the context's workers; the same bytes for any number of them. The chunk (header rtk_tree_header, arrays 64-byte
@@ -71,8 +72,13 @@ uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_set
 /* Checks a TREE chunk that came from outside: offsets, child and reference indices, leaf bounds, depth <= 96, no cycle.
  * prim_limit: references must be below. */
 bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit);
-/* Of a valid chunk: its blocks, if it has any, hold the vertices of the triangles that their references name. tris as in references. */
-bool rti_tree_blocks_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_count);
+/* Of a valid chunk: its blocks, if it has any, hold the vertices of the triangles that their references name, and its balls the
+ * spheres. tris, then shapes, as in references. */
+bool rti_tree_copies_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_count, const rtk_shape *shapes);
+
+/* Writes the spheres (rtk_tree_header.ball_count) of a tree over a group's primitives, which it was built with room for or has had
+ * before. shapes: the group's, of which references from tri_count on are. The same bytes for any number of workers. */
+void rti_tree_balls(rt_context *ctx, void *chunk, const rtk_shape *shapes, uint32_t tri_count);
 
 /* View of a chunk (offsets resolved). */
 rtk_tree rti_tree_view(const void *chunk);

@@ -76,7 +76,7 @@ static void settle_sizes(rti_build *b, const rti_build_settings *s)
         leaf = 8;
     } else if (rti_builds_bvh(s->builder)) {
         depth = most = RTK_BVH_DEPTH;
-        leaf = b->in->tri_count > 0 ? 16 : 4;
+        leaf = b->in->tri_count > 0 ? 16 : (b->in->balls ? 8 : 4);
     }
     b->max_depth = rtk_umin(s->max_depth ? s->max_depth : depth, most);
     b->leaf_size = s->leaf_size ? s->leaf_size : leaf;

@@ -88,6 +88,7 @@ typedef struct rti_bvh {
     const rti_bvh_kernels *kernels;
     const rti_build *b;
     bool blocks;             /* leaves of triangles get them */
+    bool balls;              /* all there is are shapes, and spheres among them */
     uint32_t depth;          /* levels of nodes of eight, at most */
     float grow;              /* of the boxes that are written */
     const rti_kd_node *kd;   /* the tree is a kd-tree of kd_count nodes, the first of `nodes`; NULL: a BVH */

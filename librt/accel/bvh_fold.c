@@ -110,7 +110,7 @@ static value inner_value(const cutting *job, uint32_t node, const value *left, c
     combine(left, right, v.cost, at);
     at[SLOTS - 1] = at[SLOTS - 1] > 0 ? at[SLOTS - 1] : 1;
     one = job->per_node + rti_bvh_node_total(t, area) + v.cost[SLOTS - 1];
-    if (t->blocks && v.count <= RTI_BVH_MERGED && v.count <= t->most && v.tris != v.others) {
+    if ((t->blocks || t->balls) && v.count <= RTI_BVH_MERGED && v.count <= t->most && v.tris != v.others) {
         const float leaf = rti_bvh_leaf_total(t, area, v.count);
         if (leaf <= one) {
             one = leaf;

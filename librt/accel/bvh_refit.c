@@ -281,6 +281,7 @@ rt_status rti_bvh_refit(rt_context *ctx, const void *old, size_t size, const rti
         r.blocks = (rtk_bvhblock *)(void *)(bytes + h->off_blocks);
         r.refs = (const uint32_t *)(const void *)(bytes + h->off_refs);
         r.order = (rti_bvh_order){r.nodes, r.blocks, h->block_count, rti_bvh_unit(h->lo, h->hi), below, leaves};
+        rti_tree_balls(ctx, bytes, input->shapes, input->tri_count);
         fit(ctx, &r);
         if (rti_cancelled(cancel))
             status = rti_fail(ctx, RT_ERROR_CANCELLED, "the tree's refit was cancelled");

@@ -327,7 +327,7 @@ static size_t aligned(size_t size)
     return (size + 63) & ~(size_t)63;
 }
 
-/* The chunk: header, nodes of a kd-tree, nodes of eight, blocks, references, each from a multiple of 64 on. */
+/* The chunk: header, nodes of a kd-tree, nodes of eight, blocks, references, balls, each from a multiple of 64 on. */
 static void write_header(const rti_bvh *t, const totals *sum, rtk_tree_header *h)
 {
     const rti_build *b = t->b;
@@ -352,6 +352,10 @@ static void write_header(const rti_bvh *t, const totals *sum, rtk_tree_header *h
     h->off_wide = t->kd ? wide : 0;
     h->off_blocks = sum->blocks ? wide + sum->nodes * sizeof(rtk_bvhnode) : 0;
     h->off_refs = aligned(wide + sum->nodes * sizeof(rtk_bvhnode) + sum->blocks * sizeof(rtk_bvhblock));
+    if (b->in->balls && sum->plain > 0) {
+        h->ball_count = sum->plain;
+        h->off_balls = aligned(h->off_refs + h->ref_count * sizeof(rtk_u32));
+    }
 }
 
 /* A kd-tree's own nodes, before `end`, and its references, at refs + first. */
@@ -386,6 +390,8 @@ static char *make_chunk(writer *w, const totals *sum, size_t *size)
     const uint64_t own = (uint64_t)sum->blocks * RTK_BVH_BLOCK + sum->plain, refs = own + t->kd_ref_count;
     char *bytes;
     *size = aligned(end) + refs * sizeof(uint32_t);
+    if (t->b->in->balls && sum->plain > 0)
+        *size = aligned(*size) + rti_balls_room(sum->plain);
     bytes = sum->nodes <= RTI_NODE_MAX && refs <= RTI_REF_MAX ? chunk_room(w, *size) : NULL;
     if (!bytes)
         return NULL;
@@ -395,6 +401,7 @@ static char *make_chunk(writer *w, const totals *sum, size_t *size)
     w->refs = (uint32_t *)(void *)(bytes + aligned(end));
     if (t->kd)
         put_kd(t, bytes, bytes + wide, w->refs, (uint32_t)own);
+    memset(w->refs + refs, 0, (size_t)(bytes + *size - (char *)(w->refs + refs)));
     memset(bytes + end, 0, aligned(end) - end);
     return bytes;
 }

@@ -1,4 +1,5 @@
 /* Finished trees: views, statistics, and the check of trees that come from outside. */
+#include <stdatomic.h>
 #include <string.h>
 
 #include "../kernel/bvh.h"
@@ -20,6 +21,8 @@ rtk_tree rti_tree_view(const void *chunk)
     v.refs = (const rtk_u32 *)(const void *)(bytes + h->off_refs);
     v.block_count = v.bvh ? h->block_count : 0;
     v.blocks = v.block_count ? (const rtk_bvhblock *)(const void *)(bytes + h->off_blocks) : NULL;
+    v.ball_count = v.bvh ? h->ball_count : 0;
+    v.balls = v.ball_count ? (const float *)(const void *)(bytes + h->off_balls) : NULL;
     return v;
 }
 
@@ -240,7 +243,8 @@ static bool slot_valid(const rtk_tree_header *h, const rtk_bvhnode *n, uint32_t 
     if (count == 0)
         return child > node && child < wide_count(h);
     if (child >= blocked)
-        return count <= h->ref_count && child <= h->ref_count - count;
+        return count <= h->ref_count && child <= h->ref_count - count &&
+               (h->ball_count == 0 || (child - blocked <= h->ball_count && count <= h->ball_count - (child - blocked)));
     return count <= blocked - child;
 }
 
@@ -278,9 +282,12 @@ static bool arrays_valid(const rtk_tree_header *h, size_t size)
     if (h->kind == RTK_TREE_KD &&
         (h->wide_count == 0 || h->wide_count > RTI_NODE_MAX || !inside(h->off_wide, h->wide_count, sizeof(rtk_bvhnode), size)))
         return false;
+    if (h->ball_count != 0 && (h->kind == RTK_TREE_OCTREE || !inside(h->off_balls, rti_balls_room(h->ball_count), 1, size)))
+        return false;
     if (h->kind == RTK_TREE_OCTREE || h->block_count == 0)
-        return h->block_count == 0 && h->off_blocks == 0;
-    return h->block_count <= h->ref_count / RTK_BVH_BLOCK && inside(h->off_blocks, h->block_count, sizeof(rtk_bvhblock), size);
+        return h->block_count == 0 && h->off_blocks == 0 && h->ball_count <= h->ref_count;
+    return h->block_count <= h->ref_count / RTK_BVH_BLOCK && h->ball_count <= h->ref_count - h->block_count * RTK_BVH_BLOCK &&
+           inside(h->off_blocks, h->block_count, sizeof(rtk_bvhblock), size);
 }
 
 bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit)
@@ -295,9 +302,24 @@ bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit)
     return (h->kind == RTK_TREE_BVH || walk_valid(h)) && (h->kind == RTK_TREE_OCTREE || wide_valid(h));
 }
 
-bool rti_tree_blocks_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_count)
+/* The ball of a reference. */
+static void ball_of(const rtk_shape *shapes, uint32_t tri_count, uint32_t ref, float to[RTK_BALL])
+{
+    static const float none[RTK_BALL] = {0.0f, 0.0f, 0.0f, -1.0f};
+    const rtk_shape *shape = !shapes || ref < tri_count ? NULL : &shapes[ref - tri_count];
+    memcpy(to, shape && shape->type == RTK_SHAPE_SPHERE ? shape->p : none, sizeof none);
+}
+
+bool rti_tree_copies_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_count, const rtk_shape *shapes)
 {
     rtk_tree t = rti_tree_view(chunk);
+    for (uint32_t i = 0; i < rti_balls_room(t.ball_count) / (RTK_BALL * sizeof *t.balls); i++) {
+        float ball[RTK_BALL] = {0.0f, 0.0f, 0.0f, -1.0f};
+        if (i < t.ball_count)
+            ball_of(shapes, tri_count, t.refs[t.block_count * RTK_BVH_BLOCK + i], ball);
+        if (memcmp(ball, t.balls + (size_t)i * RTK_BALL, sizeof ball) != 0)
+            return false;
+    }
     for (uint32_t i = 0; i < t.block_count * RTK_BVH_BLOCK; i++) {
         const rtk_bvhblock *b = &t.blocks[i / RTK_BVH_BLOCK];
         uint32_t lane = i % RTK_BVH_BLOCK;
@@ -311,4 +333,44 @@ bool rti_tree_blocks_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_
         }
     }
     return true;
+}
+
+/* ---- balls ---- */
+
+#define BALLS_A_TASK 4096u
+
+typedef struct ball_job {
+    const rtk_shape *shapes;
+    uint32_t tri_count, count;
+    const uint32_t *refs; /* of the first */
+    float *balls;
+    _Atomic uint32_t spheres;
+} ball_job;
+
+static void ball_task(void *data, uint32_t task)
+{
+    ball_job *job = data;
+    uint32_t first = task * BALLS_A_TASK, end = rtk_umin(job->count, first + BALLS_A_TASK), spheres = 0;
+    for (uint32_t i = first; i < end; i++) {
+        float *ball = job->balls + (size_t)i * RTK_BALL;
+        ball_of(job->shapes, job->tri_count, job->refs[i], ball);
+        spheres += ball[3] >= 0.0f;
+    }
+    atomic_fetch_add_explicit(&job->spheres, spheres, memory_order_relaxed);
+}
+
+void rti_tree_balls(rt_context *ctx, void *chunk, const rtk_shape *shapes, uint32_t tri_count)
+{
+    rtk_tree_header *h = chunk;
+    const size_t room = rti_balls_room(h->ball_count);
+    if (h->ball_count == 0)
+        return;
+    ball_job job = {.shapes = shapes, .tri_count = tri_count, .count = h->ball_count};
+    job.refs = rti_tree_view(chunk).refs + (size_t)h->block_count * RTK_BVH_BLOCK;
+    job.balls = (float *)(void *)((char *)chunk + h->off_balls);
+    for (size_t i = h->ball_count; i < room / (RTK_BALL * sizeof(float)); i++)
+        memcpy(job.balls + i * RTK_BALL, (const float[RTK_BALL]){0.0f, 0.0f, 0.0f, -1.0f}, RTK_BALL * sizeof(float));
+    rti_parallel(ctx, (h->ball_count + BALLS_A_TASK - 1) / BALLS_A_TASK, ball_task, &job);
+    if (2u * (uint64_t)job.spheres < h->ball_count)
+        h->ball_count = 0;
 }

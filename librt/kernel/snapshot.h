@@ -131,6 +131,10 @@ typedef struct rtk_bvhblock {
     float v0[3][RTK_BVH_BLOCK], v1[3][RTK_BVH_BLOCK], v2[3][RTK_BVH_BLOCK];
 } rtk_bvhblock;
 
+/* A sphere of a leaf without blocks: x, y, z, radius; there is one for each reference behind 4 * block_count but a kd-tree's own,
+ * of anything else with a radius of -1. A tree of which less than half of these are spheres has none. */
+#define RTK_BALL 4u
+
 typedef struct rtk_tree_header {
     rtk_u32 kind; /* RTK_TREE_* */
     rtk_u32 node_count, ref_count;
@@ -147,7 +151,9 @@ typedef struct rtk_tree_header {
     rtk_u32 filler_count; /* references, among ref_count, that only fill up blocks; of a kd-tree all but its own nodes' */
     float built_cost;     /* of a BVH that was refitted: what it cost when it was built (accel/bvh_refit.c); else 0 */
     rtk_u64 off_wide;     /* kd-tree: its leaves by eights, wide_count nodes */
-    rtk_u32 wide_count, pad;
+    rtk_u32 wide_count;
+    rtk_u32 ball_count; /* balls, at off_balls, by eights that are filled up with such of radius -1; 0: none */
+    rtk_u64 off_balls;
 } rtk_tree_header;
 
 typedef struct rtk_tree {
@@ -158,7 +164,8 @@ typedef struct rtk_tree {
     RT_GLOBAL const rtk_bvhnode *bvh; /* of a kd-tree, too; 64-byte aligned, as blocks are */
     RT_GLOBAL const rtk_bvhblock *blocks;
     RT_GLOBAL const rtk_u32 *refs;
-    rtk_u32 block_count;
+    rtk_u32 block_count, ball_count;
+    RT_GLOBAL const float *balls;
 } rtk_tree;
 
 /* ---- top level -------------------------------------------------------------------------------------------------------- */

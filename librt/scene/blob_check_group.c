@@ -153,7 +153,8 @@ static const char *check_trees(const group_view *g)
         const rti_chunk *tree = g->part->tree[p][n / RTK_PARTS];
         if (tree &&
             (p >= g->head->part_count || !rti_tree_valid(tree->data, tree->size, g->head->tri_count + g->head->shape_count) ||
-             !rti_tree_blocks_valid(tree->data, rti_chunk_at(g->part->group, g->head->off_tris), g->head->tri_count) ||
+             !rti_tree_copies_valid(tree->data, rti_chunk_at(g->part->group, g->head->off_tris), g->head->tri_count,
+                                    rti_chunk_at(g->part->group, g->head->off_shapes)) ||
              memcmp(((const rtk_tree_header *)tree->data)->lo, g->head->parts[p].lo, 6 * sizeof(float)) != 0))
             return "a tree is not sound";
     }

@@ -66,9 +66,10 @@ static void rename_references(void *tree, const uint32_t *ids)
         refs[i] = ids[refs[i]];
 }
 
-/* Builds one tree and shares it. ids: NULL, or what to call the boxes in its references. */
+/* Builds one tree and shares it. ids: NULL, or what to call the boxes in its references. group: whose primitives they are; NULL:
+ * they are instances. */
 static rt_status build(const tree_job *job, const rti_build_input *input, const rti_build_settings *settings, rti_hash key,
-                       const uint32_t *ids, rti_chunk **out)
+                       const uint32_t *ids, const rti_chunk *group, rti_chunk **out)
 {
     rt_context *ctx = job->snapshot->ctx;
     void *data;
@@ -79,6 +80,9 @@ static rt_status build(const tree_job *job, const rti_build_input *input, const 
         return status;
     if (ids)
         rename_references(data, ids);
+    if (group)
+        rti_tree_balls(ctx, data, rti_chunk_at(group, ((const rtk_group_header *)group->data)->off_shapes),
+                       ((const rtk_group_header *)group->data)->tri_count);
     *out = rti_chunk_share(ctx, RTK_CHUNK_TREE, data, size, &key, &shared);
     if (!*out)
         return rti_fail_memory(ctx, job->call, size);
@@ -109,6 +113,7 @@ typedef struct part_input {
     const rtk_tri *tris;
     rtk_tri *own_tris; /* NULL: none brought together */
     float (*boxes)[6];
+    bool balls; /* some of the shapes are spheres */
 } part_input;
 
 static void part_input_free(rt_context *ctx, part_input *in)
@@ -141,8 +146,10 @@ static bool part_input_make(rt_context *ctx, const rti_chunk *chunk, uint32_t pa
         in->own_tris[i] = in->tris[in->list[i]];
     in->tris = in->own_tris ? in->own_tris : in->tris;
     for (uint32_t i = 0; i < in->shape_count; i++) {
+        const rtk_shape *shape = &shapes[in->list ? in->list[in->tri_count + i] - head->tri_count : i];
         rtk_vec3 lo, hi;
-        rtk_shape_bounds(&shapes[(in->list ? in->list[in->tri_count + i] - head->tri_count : i)], &lo, &hi);
+        rtk_shape_bounds(shape, &lo, &hi);
+        in->balls |= shape->type == RTK_SHAPE_SPHERE;
         memcpy(in->boxes[i], (float[6]){lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}, sizeof in->boxes[i]);
     }
     return true;
@@ -247,7 +254,8 @@ static rt_status part_tree(const tree_job *job, const rti_chunk *chunk, uint32_t
         input.box_count = in.shape_count;
         memcpy(input.lo, head->lo, sizeof input.lo);
         memcpy(input.hi, head->hi, sizeof input.hi);
-        status = build(job, &input, &settings, key, in.list, out);
+        input.balls = in.balls;
+        status = build(job, &input, &settings, key, in.list, chunk, out);
     } else {
         status = rti_fail_memory(ctx, job->call, head->count * sizeof(rtk_tri));
     }
@@ -316,7 +324,7 @@ static rt_status top_tree(const tree_job *job, const rti_chunk *chunk, uint32_t 
     input.box_count = count;
     memcpy(input.lo, head->lo, sizeof input.lo);
     memcpy(input.hi, head->hi, sizeof input.hi);
-    status = build(job, &input, &settings, key, ids, out);
+    status = build(job, &input, &settings, key, ids, NULL, out);
 end:
     rti_free(ctx, boxes, head->instance_count * sizeof *boxes);
     rti_free(ctx, ids, head->instance_count * sizeof *ids);

@@ -73,20 +73,24 @@ RTI_VEC rtk_u32 bvh_open(const rtk_bvhnode *n, const bvh_ray *v, float reach, fl
     return bits;
 }
 
-/* Is a tree too large for the nearer caches, so that what comes next is worth asking for ahead? */
-#define BVH_LARGE ((size_t)8 << 20)
+/* Is a tree too large for the nearer caches, so that what comes next is worth asking for ahead? By its blocks; spheres count for
+ * more bytes than they have, for nodes are most of it. */
+#define BVH_LARGE      ((size_t)8 << 20)
+#define BVH_BALL_BYTES 256u
 RTI_VEC int bvh_large(const rtk_tree *tree)
 {
-    return tree->block_count > BVH_LARGE / sizeof *tree->blocks;
+    return tree->block_count > BVH_LARGE / sizeof *tree->blocks ||
+           tree->ball_count > BVH_LARGE / BVH_BALL_BYTES;
 }
 
-/* Asks for what a slot holds, a node or a leaf's first two blocks, or of a leaf without blocks whatever stands there: it will be
- * looked at after what is nearer. */
+/* Asks for what a slot holds, a node, a leaf's first two blocks or its balls, or of a leaf without any whatever stands there: it
+ * will be looked at after what is nearer. */
 RTI_VEC void bvh_expect(const rtk_tree *tree, rtk_u32 child, rtk_u32 count)
 {
     const uintptr_t node = (uintptr_t)tree->bvh + child * sizeof *tree->bvh;
     const uintptr_t block = (uintptr_t)tree->blocks + child / 4u * sizeof *tree->blocks;
-    const uintptr_t at = count == 0u ? node : block; /* a number: it may be in no object */
+    const uintptr_t ball = (uintptr_t)tree->balls + (child - RTK_BVH_BLOCK * tree->block_count) * (RTK_BALL * sizeof *tree->balls);
+    const uintptr_t at = count == 0u ? node : (tree->ball_count == 0u ? block : ball); /* a number: it may be in no object */
     for (rtk_u32 i = 0u; i < 5u; i++)
         __builtin_prefetch((const void *)(at + i * 64u));
 }

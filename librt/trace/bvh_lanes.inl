@@ -59,7 +59,7 @@ RTK_FN int RTK_WALK(rtk_query *q, rtk_tree tree, rtk_u32 prim_count, const rtk_p
 {
     int end;
     (void)prim_count;
-    if (RTK_MODE <= RTK_MODE_ANY && tree.block_count != 0u && (q->group->flags & RTK_GROUP_PLAIN) && q->mask != 0u &&
+    if (RTK_MODE <= RTK_MODE_ANY && lone_tree(&tree) && (q->group->flags & RTK_GROUP_PLAIN) && q->mask != 0u &&
         outer == 0.0f && lone_group(q, RTK_MODE, &tree, r, &end))
         return end;
     return BVH_WALK_OTHER(RTK_WALK)(q, tree, r, outer);

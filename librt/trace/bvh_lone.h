@@ -1,5 +1,5 @@
-/* One ray by itself through eight-wide nodes, where all there is to ask are triangles in blocks of which each hit counts, for hot
- * files: its hits in leaves. The walk is bvh_lone_walk.h, how a caller's ray and an instance's come to it bvh_lone_one.h. What a
+/* One ray by itself through eight-wide nodes, where all there is to ask are triangles in blocks and spheres, of which each hit
+ * counts, for hot files: its hits in leaves of triangles (of spheres: bvh_lone_ball.h). The walk is bvh_lone_walk.h, how a caller's ray and an instance's come to it bvh_lone_one.h. What a
  * tree's walk is, bvh_lanes.inl and kernel/bvh.h tell; here
  *
  * boxes are met at plane * inv - org * inv, as in streams and with their proof (bvh_stream.h), children wait in the order in
@@ -37,6 +37,11 @@ typedef struct lone {
         _Alignas(4 * NODE_N) float t[NODE_N], u[NODE_N], v[NODE_N], off[NODE_N];
         rtk_u32 certain;
     } met;
+    /* For spheres (lone_ball_ready). */
+    struct lone_ball {
+        _Alignas(16) float org[4], dir[4], unit[4];
+        float dd, len, margin;
+    } ball;
     /* For nodes: as prepared. */
     _Alignas(16) float inv[4], start[4];
     float t0, t1;
@@ -153,8 +158,13 @@ RTI_VEC void lone_settle(lone *l)
     if (l->group->geom_count == 1u) { /* a mesh's triangles stand in their order: its record need not be fetched */
         lone_keep(l, l->t, l->u, l->v, ref, 0u);
     } else {
+        const rtk_u32 tris = l->group->tri_count;
         const rtk_tri *tri = &l->group->tris[ref];
-        lone_keep(l, l->t, l->u, l->v, tri->prim, tri->geom);
+        const rtk_shape *shape = &l->group->shapes[ref - tris];
+        if (ref < tris)
+            lone_keep(l, l->t, l->u, l->v, tri->prim, tri->geom);
+        else
+            lone_keep(l, l->t, l->u, l->v, shape->prim, shape->geom);
     }
 }
 
@@ -171,8 +181,10 @@ RTI_VEC void lone_expect(const lone *l, rtk_u32 place)
     const rtk_u32 *ref = &l->tree->refs[place];
     if (l->group->geom_count == 1u)
         __builtin_prefetch(ref);
-    else
+    else if (*ref < l->group->tri_count)
         __builtin_prefetch(&l->group->tris[*ref].geom);
+    else
+        __builtin_prefetch(&l->group->shapes[*ref - l->group->tri_count].geom);
 }
 
 /* A hit for certain. Returns 1 when the walk may end. */

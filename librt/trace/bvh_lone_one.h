@@ -5,11 +5,20 @@
 
 #include "bvh_lone_walk.h"
 
-/* Does a scene hold nothing but triangles of its own, and instances that have bounds? */
+/* Are a group's shapes spheres for the most part? */
+RTI_VEC int lone_shapes_fit(const rtk_group *g)
+{
+    for (rtk_u32 k = 0u; k < g->part_count && g->shape_count != 0u; k++)
+        if (!lone_tree(&g->parts[k].RTK_TREE))
+            return 0;
+    return g->shape_count == 0u || (g->part_count != 0u && g->parts->RTK_TREE.ball_count != 0u);
+}
+
+/* Does a scene hold nothing but triangles and spheres of its own, and instances that have bounds? */
 RTI_VEC int lone_fits(const rtk_scene *scene)
 {
     const rtk_group *g = scene->groups;
-    return scene->unbounded_count == 0u && g->plane_count == 0u && g->shape_count == 0u && (g->flags & RTK_GROUP_PLAIN);
+    return scene->unbounded_count == 0u && g->plane_count == 0u && lone_shapes_fit(g) && (g->flags & RTK_GROUP_PLAIN);
 }
 
 /* A ray as it comes: of four lanes three count. */
@@ -109,7 +118,7 @@ RTI_APART int lone_part_moved(lone *l, rtk_u32 mode, const lone_given *g, const 
     lone_slab(&moved, lo, hi, &t0, &t1);
     if (!(t0 <= t1) || shift + t1 < tmin || shift + t0 > tmax)
         return 0;
-    if (shift == 0.0f || !lone_ready(l, tree, part->scale, moved.org, g->inv))
+    if (shift == 0.0f || !lone_ready(l, tree, part->scale, moved.org, rti_f4_load(l->ray->dir), g->inv))
         return -1;
     rti_f4_store(org, moved.org);
     for (rtk_u32 k = 0u; k < 3u; k++)
@@ -141,14 +150,14 @@ RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part
     const rti_f4 far = rti_f4_abs(g->org), lo = rti_f4_load(box), hi = rti_f4_load(box + 3);
     const float tmin = l->org[3], tmax = l->dir[3];
     float t0, t1;
-    if (tree->block_count == 0u)
+    if (!lone_tree(tree))
         return -1;
     if (__builtin_expect(!lone_near(far, part->scale), 0))
         return lone_passes(l, g, far, lo, hi, part->scale) ? 0 : lone_part_moved(l, mode, g, part, tree);
     lone_slab(g, lo, hi, &t0, &t1);
     if (!(t0 <= t1) || t1 < tmin || t0 > tmax)
         return 0;
-    if (!lone_ready(l, tree, part->scale, g->org, g->inv))
+    if (!lone_ready(l, tree, part->scale, g->org, rti_f4_load(l->ray->dir), g->inv))
         return -1;
     l->part = part;
     l->t = l->best.t;
@@ -251,7 +260,7 @@ RTI_VEC int lone_top_ready(lone *l, const lone_given *g, const rtk_scene *s, con
     lone_slab(&at, lo, hi, &t0, &t1);
     if (!(t0 <= t1) || shift + t1 < tmin || shift + t0 > tmax)
         return 0;
-    if (!lone_ready(l, tree, s->top_scale, at.org, g->inv))
+    if (!lone_ready(l, tree, s->top_scale, at.org, rti_f4_load(l->ray->dir), g->inv))
         return -1;
     l->t = l->best.t;
     l->far = l->t;

@@ -2,7 +2,7 @@
 #ifndef RTI_BVH_LONE_WALK_H
 #define RTI_BVH_LONE_WALK_H
 
-#include "bvh_lone.h"
+#include "bvh_lone_ball.h"
 
 /* What waits: where a slot is entered, its child, its count, each so far behind the other that a place is one pointer. */
 #define LONE_STACK (RTK_BVH_STACK + RTK_BVH_WIDTH)
@@ -81,6 +81,8 @@ LONE_LEAF(lone_leaf_any_outer, lone_leaf_any_outer_many, RTK_MODE_ANY, lone_step
 #define LONE_REFS(name, mode)                                                                                                    \
     RTI_APART int name(lone *l, rtk_u32 at, rtk_u32 count)                                                                       \
     {                                                                                                                            \
+        if (l->tree->ball_count != 0u && l->outer == 0.0f)                                                                       \
+            return lone_balls(l, mode, at, count);                                                                               \
         for (rtk_u32 k = 0u; k < count; k++)                                                                                     \
             if (lone_ask(l, mode, l->tree->refs[at + k]))                                                                        \
                 return 1;                                                                                                        \
@@ -299,9 +301,15 @@ RTI_VEC int lone_walk(lone *l, rtk_u32 mode)
     return mode & RTK_MODE_ANY ? lone_walk_any(l) : lone_walk_closest(l);
 }
 
-/* What both kinds of rays share: inv as rtk_inverse has it, org in the caller's order of axes, of four lanes three count. 0: the
- * ray is too near to the ends of the floats' range to meet boxes by plane * inv - start. */
-RTI_VEC int lone_ready(lone *l, const rtk_tree *tree, float scale, rti_f4 org, rti_f4 inv)
+/* Does a tree hold anything that leaves ask in vectors? */
+RTI_VEC int lone_tree(const rtk_tree *tree)
+{
+    return (tree->block_count | tree->ball_count) != 0u;
+}
+
+/* What both kinds of rays share: inv as rtk_inverse has it, org and dir in the caller's order of axes, of four lanes three count.
+ * 0: the ray is too near to the ends of the floats' range to meet boxes by plane * inv - start. */
+RTI_VEC int lone_ready(lone *l, const rtk_tree *tree, float scale, rti_f4 org, rti_f4 dir, rti_f4 inv)
 {
     const rti_f4 start = org * inv;
     rti_f4_store(l->inv, inv);
@@ -310,6 +318,8 @@ RTI_VEC int lone_ready(lone *l, const rtk_tree *tree, float scale, rti_f4 org, r
     l->tree = tree;
     l->scale = scale;
     l->late = RTK_INVALID;
+    if (tree->ball_count != 0u)
+        lone_ball_ready(l, org, dir);
     return (rti_m4_bits(rti_m4_and(rti_f4_le(rti_f4_abs(start), rti_f4_set(BVH_START_MOST)),
                                    rti_f4_le(rti_f4_set(BVH_START_LEAST), rti_f4_abs(inv) * rti_f4_set(scale)))) &
             7u) == 7u;
@@ -321,7 +331,7 @@ RTI_VEC int lone_group(rtk_query *q, rtk_u32 mode, const rtk_tree *tree, const r
     const float dir[3] = {r->dir.x, r->dir.y, r->dir.z};
     const rtk_u32 row = sizeof(float[RTK_BVH_BLOCK]);
     lone l;
-    if (!lone_ready(&l, tree, r->scale, (rti_f4){r->org.x, r->org.y, r->org.z, 0.0f},
+    if (!lone_ready(&l, tree, r->scale, (rti_f4){r->org.x, r->org.y, r->org.z, 0.0f}, (rti_f4){dir[0], dir[1], dir[2], 0.0f},
                     (rti_f4){r->inv.x, r->inv.y, r->inv.z, 1.0f}))
         return 0;
     rti_f4_store(l.org, (rti_f4){r->korg.x, r->korg.y, r->korg.z, r->tmin});

@@ -123,7 +123,8 @@ static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time,
         return RTK_NAME(one_other)(scene, ray, time, hit);
     if (RTK_MODE & RTK_MODE_ANY)
         return end;
-    if (l.best.inst != RTK_INVALID && scene->groups[scene->instances[l.best.inst].group].shape_count != 0u)
+    if (l.best.prim != RTK_INVALID &&
+        scene->groups[l.best.inst == RTK_INVALID ? 0u : scene->instances[l.best.inst].group].shape_count != 0u)
         RTK_NAME(one_finish)(scene, ray, time, &l.best);
     memcpy(hit, &l.best, sizeof l.best);
     return l.best.prim != RTK_INVALID;

@@ -156,7 +156,7 @@ static void tree_is_sound(const rt_scene *scene)
         const rti_chunk *chunk = s->groups[0].tree[p][RTK_TREE_BVH];
         const rtk_tree_header *h = chunk->data;
         assert_true(rti_tree_valid(chunk->data, chunk->size, g->tri_count + g->shape_count));
-        assert_true(rti_tree_blocks_valid(chunk->data, g->tris, g->tri_count));
+        assert_true(rti_tree_copies_valid(chunk->data, g->tris, g->tri_count, g->shapes));
         assert_true(h->sah_cost == rti_tree_sah(h));
         slots_are_in_order(h, &g->parts[p].bvh);
         for (uint32_t n = 0; n < h->node_count; n++) {

@@ -32,7 +32,7 @@ static rtk_tree_header build(rt_context *ctx, const rti_build_input *in, const r
     size_t size;
     assert_int_equal(rti_tree_build(ctx, in, s, NULL, &chunk, &size), RT_OK);
     assert_true(rti_tree_valid(chunk, size, in->tri_count + in->box_count));
-    assert_true(rti_tree_blocks_valid(chunk, in->tris, in->tri_count));
+    assert_true(rti_tree_copies_valid(chunk, in->tris, in->tri_count, NULL));
     rtk_tree_header h = *(rtk_tree_header *)chunk;
     assert_true(rti_tree_sah(chunk) == h.sah_cost);
     assert_true(h.ref_count <= (uint64_t)64 * (h.prim_count + 2));
@@ -325,7 +325,7 @@ static void check_kept(uint32_t count)
                           builder, rti_now() - start, (double)size / m.count, (double)peak / m.count);
             assert_true((double)size <= kept[i].most[builder] * m.count);
             assert_true(peak <= rti_tree_build_memory(&in, &s));
-            assert_true(rti_tree_valid(chunk, size, m.count) && rti_tree_blocks_valid(chunk, m.tris, m.count));
+            assert_true(rti_tree_valid(chunk, size, m.count) && rti_tree_copies_valid(chunk, m.tris, m.count, NULL));
             rti_free(ctx, chunk, size);
             rt_context_destroy(ctx);
         }
