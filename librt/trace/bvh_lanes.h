@@ -76,7 +76,7 @@ RTI_VEC rtk_u32 bvh_open(const rtk_bvhnode *n, const bvh_ray *v, float reach, fl
 /* Is a tree too large for the nearer caches, so that what comes next is worth asking for ahead? By its blocks; spheres count for
  * more bytes than they have, for nodes are most of it. */
 #define BVH_LARGE      ((size_t)8 << 20)
-#define BVH_BALL_BYTES 256u
+#define BVH_BALL_BYTES 64u
 RTI_VEC int bvh_large(const rtk_tree *tree)
 {
     return tree->block_count > BVH_LARGE / sizeof *tree->blocks ||

@@ -75,7 +75,7 @@ static void RTK_NAME(moved)(const rtk_scene *scene, const rtk_trace_block *rays,
                             uint32_t count, rti_scratch *scratch)
 {
     moved *a = (moved *)(void *)((char *)scratch->room + RTI_TRACE_STREAMS);
-    const int together = scene->groups->shape_count != 0u; /* there streams do not go */
+    const int together = !stream_fits(scene->groups, scene->groups->parts); /* as packets */
     rtk_scene bare = *scene;
 #if !(RTK_MODE & 1)
     if (!together) {

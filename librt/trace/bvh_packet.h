@@ -261,12 +261,6 @@ RTI_VEC void packet_begin(packet *p, rtk_u32 mode, uint64_t rays)
     packet_reach(p);
 }
 
-/* Is there nothing but the scene's own geometry to be asked, and nothing to be added to hits? */
-RTI_VEC int packet_plain(const rtk_scene *scene, const rti_scratch *scratch)
-{
-    return scene->instance_count == 0u && (scene->groups->shape_count == 0u || scratch->bare);
-}
-
 /* One ray as a query, with its best hit so far. */
 RTI_VEC void packet_query(const packet *p, rtk_u32 i, rtk_query *q)
 {

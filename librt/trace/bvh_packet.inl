@@ -321,6 +321,38 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
 
 #include "bvh_moved.inl"
 
+/* Asks for the shapes that a block of rays has hit. */
+RTI_VEC void RTK_NAME(finish_expect)(const rtk_scene *scene, const rtk_hit_block *h)
+{
+    for (rtk_u32 k = 0u; k < RTK_BLOCK; k++) {
+        const rtk_group *g = scene->groups;
+        if (h->prim[k] != RTK_INVALID && h->inst[k] == RTK_INVALID && g->geoms[h->geom[k]].type == RTK_GEOM_SHAPES)
+            __builtin_prefetch(&g->shapes[g->geoms[h->geom[k]].first + h->prim[k]]);
+    }
+}
+
+/* What hits of shapes lack. */
+static void RTK_NAME(finish)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint32_t count,
+                             const rti_scratch *scratch)
+{
+    const rtk_group *own = scene->groups;
+    if ((RTK_MODE & RTK_MODE_ANY) || (own->shape_count == 0u && scene->instance_count == 0u))
+        return;
+    for (uint32_t i = 0u; i < count; i++) {
+        const rtk_hit_block *h = &hits[i / RTK_BLOCK];
+        const rtk_u32 k = i % RTK_BLOCK, inst = h->inst[k];
+        if (k == 0u && count - i >= 2u * RTK_BLOCK)
+            RTK_NAME(finish_expect)(scene, h + 1);
+        const rtk_group *g = inst == RTK_INVALID ? own : &scene->groups[scene->instances[inst].group];
+        rtk_query q;
+        if (h->prim[k] == RTK_INVALID || g->geoms[h->geom[k]].type != RTK_GEOM_SHAPES)
+            continue;
+        rti_lane_query(&q, scene, rays, i, scratch);
+        q.best = rti_lane_best(hits, i);
+        rti_lane_hit(&q, hits, i);
+    }
+}
+
 static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                               uint32_t count, rti_scratch *scratch);
 static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
@@ -336,11 +368,13 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
         RTK_NAME(ones)(scene, rays, hits, occluded, count, scratch);
         return;
     }
-    if (packet_plain(scene, scratch)) {
+    if (scene->instance_count == 0u) {
         if (moved_fits(scene, rays, count, scratch))
             RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch);
         else
-            RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, 1);
+            RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, !stream_balls_apart(scene->groups, RTK_MODE, scratch));
+        if (!scratch->bare)
+            RTK_NAME(finish)(scene, rays, hits, count, scratch);
         return;
     }
     if (placed_fits(scene, scratch, count)) {
@@ -364,14 +398,18 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
                            uint32_t count, rti_scratch *scratch)
 {
     const rtk_group *g = scene->groups; /* whose parts are of one builder */
-    const int plain = count >= PACKET_FEW && packet_plain(scene, scratch);
-    if (plain && g->shape_count == 0u && moved_fits(scene, rays, count, scratch))
-        RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch);
-    else if (plain && (g->shape_count != 0u || g->part_count == 0u || (scratch->room && stream_fits(g, g->parts))))
-        RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, g->shape_count != 0u); /* bounces off a sphere go together */
-    else if (placed_fits(scene, scratch, count))
+    const int plain = count >= PACKET_FEW && scene->instance_count == 0u;
+    const int apart = scratch->room && g->part_count != 0u && stream_fits(g, g->parts); /* in streams */
+    if (plain && (apart || g->part_count == 0u || (g->shape_count != 0u && scratch->bare))) {
+        if (apart && moved_fits(scene, rays, count, scratch))
+            RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch);
+        else
+            RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, !apart); /* bounces off what is large go together */
+        if (!scratch->bare)
+            RTK_NAME(finish)(scene, rays, hits, count, scratch);
+    } else if (placed_fits(scene, scratch, count)) {
         RTK_NAME(placed)(scene, rays, hits, occluded, count, scratch, 0);
-    else
+    } else {
         RTK_NAME(ones)(scene, rays, hits, occluded, count, scratch);
+    }
 }
-

@@ -188,21 +188,6 @@ static rtk_u32 RTK_NAME(placed_ready)(placed *a, rtk_u32 count)
     return n;
 }
 
-/* What finishes a hit of a shape. */
-static void RTK_NAME(placed_finish)(placed *a, rtk_u32 count)
-{
-    for (rtk_u32 i = 0u; i < count; i++) {
-        const rtk_hit_block *h = &a->hits[i / RTK_BLOCK];
-        const rtk_u32 k = i % RTK_BLOCK, inst = h->inst[k];
-        rtk_query q;
-        if (h->prim[k] == RTK_INVALID ||
-            a->scene->groups[inst == RTK_INVALID ? 0u : a->scene->instances[inst].group].geoms[h->geom[k]].type != RTK_GEOM_SHAPES)
-            continue;
-        RTK_NAME(placed_query)(a, i, &q);
-        rti_lane_hit(&q, a->hits, i);
-    }
-}
-
 /* The scene's own group, which often is empty. */
 static void RTK_NAME(placed_own)(placed *a, rtk_u32 count)
 {
@@ -315,7 +300,7 @@ static void RTK_NAME(placed)(const rtk_scene *scene, const rtk_trace_block *rays
         else
             RTK_NAME(placed_all)(a, n);
         if (!(RTK_MODE & RTK_MODE_ANY) && !scratch->bare)
-            RTK_NAME(placed_finish)(a, n);
+            RTK_NAME(finish)(scene, a->rays, a->hits, n, scratch);
     }
     scratch->times = times;
 }

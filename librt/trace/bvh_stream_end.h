@@ -149,8 +149,9 @@ RTI_VEC void stream_end(streams *a, stream *s, rtk_u32 mode)
         const rtk_u32 number = stream_number(s, 0u, a->now[i]), k = number % RTK_BLOCK, ref = a->tree.refs[h->late];
         rtk_hit_block *to = &a->hits[number / RTK_BLOCK];
         if (ref - first >= count) { /* a mesh's triangles stand in their order, side by side */
-            geom = g->tris[ref].geom;
-            first = g->geoms[geom].first;
+            const rtk_u32 shapes = ref < g->tri_count ? 0u : g->tri_count; /* before which theirs begin */
+            geom = shapes != 0u || g->tri_count == 0u ? g->shapes[ref - g->tri_count].geom : g->tris[ref].geom;
+            first = g->geoms[geom].first + shapes;
             count = g->geoms[geom].prim_count;
         }
         to->t[k] = h->t;

@@ -2,7 +2,7 @@
 #ifndef RTI_BVH_STREAM_LEAF_H
 #define RTI_BVH_STREAM_LEAF_H
 
-#include "bvh_stream.h"
+#include "bvh_stream_ball.h"
 
 /* Triangles for one ray, two blocks at a time where vectors hold them. */
 RTI_VEC void stream_leaf_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 l, rtk_u32 at, rtk_u32 count)
@@ -241,7 +241,8 @@ RTI_VEC vec stream_fars(const stream *s, rtk_u32 mode, const uint16_t lane[RTI_S
 /* What RTI_SIMD rays, which are different ones where they count, and the triangle at a place give in vectors, as stream_take and
  * stream_doubt would. Returns the rays for which nothing was done, as they must go one by one: where a hit is not for certain,
  * lies between the best one's bounds, or is as near. */
-RTI_VEC rtk_u32 stream_many_keep(stream *s, rtk_u32 mode, const tri_hit *hit, vec tmax, const uint16_t lane[RTI_SIMD], rtk_u32 place)
+RTI_VEC rtk_u32 stream_many_keep(stream *s, rtk_u32 mode, const tri_hit *hit, vec tmax, const uint16_t lane[RTI_SIMD],
+                                 rtk_u32 place)
 {
     const rtk_u32 known = hit->hit | hit->certain, doubt = known & hit->doubt;
     const vec best = V(column)(&s->hit[0].t, 4u, lane), far = stream_fars(s, mode, lane);
@@ -351,6 +352,10 @@ RTI_VEC rtk_u32 stream_still(streams *a, const stream *s, const uint16_t *list, 
 RTI_VEC void stream_leaf(streams *a, stream *s, rtk_u32 mode, rtk_u32 n, rtk_u32 at, rtk_u32 count)
 {
     const uint16_t *ids = a->now;
+    if (at >= 4u * a->tree.block_count && a->tree.ball_count != 0u) {
+        stream_balls(a, s, mode, ids, n, at, count);
+        return;
+    }
     if (at >= 4u * a->tree.block_count) {
         for (rtk_u32 i = 0u; i < n; i++)
             for (rtk_u32 k = 0u; k < count && s->ray[ids[i]].t1 != -RTK_INF; k++)

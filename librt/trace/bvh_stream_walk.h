@@ -172,7 +172,12 @@ RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u
     memcpy(&numbers, lane_ones, sizeof numbers);
     numbers += number;
     stream_eights(slabs, a->of[0].ray[0].inv, to.eight);
-    stream_eights(shear, &a->of[0].tri[0].ox, to.eight);
+    if (a->tree.block_count != 0u)
+        stream_eights(shear, &a->of[0].tri[0].ox, to.eight);
+    if (a->tree.ball_count != 0u) {
+        const vec ball[8] = {r->org[0], r->org[1], r->org[2], r->dir[0], r->dir[1], r->dir[2], r->tmin, r->tmax};
+        stream_eights(ball, &a->of[0].ball[0].ox, to.eight);
+    }
     for (rtk_u32 i = 0u; mode & STREAM_MOVED && i < RTI_SIMD; i++) {
         a->of[0].far[to.one[i]] = r->t[i];
         a->of[0].shift[to.one[i]] = r->shift[i];
@@ -237,7 +242,8 @@ RTI_VEC int stream_tells(const streams *a, rtk_u32 number)
            a->spared >= number / RTI_SIMD / STREAM_SPARED;
 }
 
-/* Of `far`, which start far away, moves the origins. Returns those that enter the part then (rtk_ray_prepare); the others miss it. */
+/* Of `far`, which start far away, moves the origins. Returns those that enter the part then (rtk_ray_prepare); the others miss
+ * it. */
 RTI_VEC rtk_u32 stream_move(const streams *a, const packet_rays *from, stream_rays *r, rtk_u32 far)
 {
     const float lo[3] = {a->part->lo.x, a->part->lo.y, a->part->lo.z}, hi[3] = {a->part->hi.x, a->part->hi.y, a->part->hi.z};

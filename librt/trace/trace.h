@@ -25,7 +25,7 @@ typedef struct rti_steps {
 
 /* Bytes that a batch of rays may want to work in: for streams, for rays that start far away, and the last two parts where there
  * are instances. */
-#define RTI_TRACE_STREAMS ((size_t)5904 << 10)
+#define RTI_TRACE_STREAMS ((size_t)6944 << 10)
 #define RTI_TRACE_MOVED   ((size_t)704 << 10)
 #define RTI_TRACE_PLACED  ((size_t)2176 << 10)
 #define RTI_TRACE_TOP     ((size_t)1088 << 10)
