@@ -165,9 +165,8 @@ static void help(void)
     puts("usage: rays SCENE... [OPTIONS]\n");
     wrapped("Measures how fast rays are answered: by each tracer of librt and, with --against embree, by Embree, on the same "
             "rays in the same run. A SCENE "
-            "is a mesh file (PLY, OBJ, STL), a saved snapshot, or a name: sphere is generated (998,000 triangles), others are "
-            "NAME.ply in the folder of "
-            "scenes.",
+            "is a mesh file (PLY, OBJ, STL), a saved snapshot, or a name: sphere is generated (998,000 triangles), and so are "
+            "spheres1k, spheres100k and spheres1m (so many spheres in a box); others are NAME.ply in the folder of scenes.",
             0, 100);
     puts("\nOptions:");
     for (const bench_option *row = bench_option_table; row->name; row++) {

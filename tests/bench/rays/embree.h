@@ -60,6 +60,8 @@ typedef struct embree_geometry {
     RTCScene *children; /* [mesh_count] of the scene that is being made; 0 is not used */
     embree_place *places;
     uint32_t mesh_count, mesh_room, place_count;
+    const float *balls; /* the world's */
+    uint32_t ball_count;
 } embree_geometry;
 
 /* The geomIDs in Embree's scene: of the scene's own triangles, and of place i. */

@@ -107,6 +107,8 @@ static rt_hit hit_of(const embree_entrant *t, float tfar, float u, float v, uint
         mesh = &g->meshes[place->mesh];
         inst_id = place->inst_id;
     }
+    if (geometry == EMBREE_OWN && primitive < g->ball_count) /* spheres are one geometry; Embree gives them no u and v */
+        return (rt_hit){tfar, 0, 0, primitive, 0, inst_id};
     if (geometry == RTC_INVALID_GEOMETRY_ID || primitive >= mesh->triangle_count)
         return (rt_hit){tfar, 0, 0, RT_INVALID_ID, RT_INVALID_ID, RT_INVALID_ID};
     return (rt_hit){tfar, u, v, mesh->triangles[primitive].prim_id, mesh->triangles[primitive].geom_id, inst_id};

@@ -1,5 +1,5 @@
-/* Embree's scenes: they get the triangles that ours has, as indexed vertices, and each scene that instances place once, as a
- * scene of its own. */
+/* Embree's scenes: they get the triangles that ours has, as indexed vertices, each scene that instances place once, as a scene of
+ * its own, and the spheres of a generated scene. */
 #include "embree.h"
 
 #include <stdlib.h>
@@ -126,7 +126,9 @@ int bench_embree_geometry_take(embree_geometry *g, const bench_world *w)
     rt_scene_info info;
     if (rt_scene_get_info(w->scene, &info) != RT_OK)
         return bench_fail(BENCH_FILE, "--against embree: %s cannot be asked what it holds", w->name);
-    if (info.shapes + info.planes > 0)
+    g->balls = w->balls;
+    g->ball_count = w->ball_count;
+    if (info.shapes + info.planes > g->ball_count)
         return bench_fail(BENCH_FILE,
                           "--against embree: %s holds more than triangles (shapes: %llu, planes: %llu); Embree gets "
                           "triangles alone, the scene's own and those of instances",
@@ -172,6 +174,14 @@ static void attach_mesh(const bench_embree *e, RTCScene scene, const embree_mesh
     attach(e, scene, mesh, EMBREE_OWN);
 }
 
+static void attach_balls(const bench_embree *e, RTCScene scene, const embree_geometry *g)
+{
+    RTCGeometry balls = e->rtcNewGeometry(e->device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
+    e->rtcSetSharedGeometryBuffer(balls, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, g->balls, 0, 4 * sizeof(float),
+                                  g->ball_count);
+    attach(e, scene, balls, EMBREE_OWN);
+}
+
 static enum RTCBuildQuality quality_of(const char *name)
 {
     return strcmp(name, "low") == 0    ? RTC_BUILD_QUALITY_LOW
@@ -198,6 +208,8 @@ RTCScene bench_embree_scene(const bench_embree *e, const char *quality, bool rob
     *seconds = *cpu = 0;
     if (g->meshes[0].triangle_count > 0)
         attach_mesh(e, scene, &g->meshes[0]);
+    if (g->ball_count > 0)
+        attach_balls(e, scene, g);
     for (uint32_t i = 1; i < g->mesh_count; i++) {
         g->children[i] = e->rtcNewScene(e->device);
         attach_mesh(e, g->children[i], &g->meshes[i]);

@@ -66,7 +66,7 @@ extern const char bench_columns[];
 int bench_options_parse(int argc, char **argv, bench_options *options);
 void bench_options_free(bench_options *options);
 
-/* ---- scenes (world.c, camera.c, sphere.c) ---- */
+/* ---- scenes (world.c, camera.c, sphere.c, spheres.c) ---- */
 
 typedef struct bench_world {
     char name[64];
@@ -78,6 +78,8 @@ typedef struct bench_world {
     rt_vec3 low, high; /* of everything finite */
     uint64_t triangles;
     bool plain; /* nothing but triangles of the scene itself */
+    float *balls; /* [4 ball_count] x, y, z, radius: all that a generated scene of spheres holds; NULL: another scene */
+    uint32_t ball_count;
 } bench_world;
 
 /* What a front lends: a scene that it made itself, for names that the benchmark does not read. */
@@ -100,6 +102,9 @@ int bench_camera_parse(const char *text, size_t size, const char *name, bench_vi
 /* A sphere of 2 * 1000 * 499 triangles with bumps, added to the scene. */
 int bench_sphere_add(rt_scene *scene);
 double bench_sin(double x); /* the same bits everywhere */
+/* Is it a generated scene of spheres? They are added to a scene, and told: *balls from malloc. */
+bool bench_spheres_named(const char *name);
+int bench_spheres_add(const char *name, rt_scene *scene, float **balls, uint32_t *count);
 
 /* ---- ray sets (sets.c, rayfile.c) ---- */
 

@@ -20,7 +20,7 @@ const char bench_definitions[] =
     "dir = norm(f + h W/H (2 (x + 0.5) / W - 1) r + h (1 - 2 (y + 0.5) / H) u), org = E.\n"
     "\n"
     "Of a primary hit the sets shadow, diffuse and ao take the point P = org + t dir and the geometric normal N (triangles: "
-    "norm((v1 - v0) x (v2 - v0))), turned "
+    "norm((v1 - v0) x (v2 - v0)), spheres: from the centre), turned "
     "against dir. Their rays start at P + d N, d = 2^-13 max(t, |P.x|, |P.y|, |P.z|), and stand in the order of the primary "
     "rays; misses give none.\n"
     "\n"

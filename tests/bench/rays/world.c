@@ -77,6 +77,10 @@ static int read_geometry(const bench_options *o, const char *name, bench_world *
         status = library(w, rt_scene_create(w->ctx, &w->scene));
         return status == BENCH_OK ? bench_sphere_add(w->scene) : status;
     }
+    if (bench_spheres_named(name)) {
+        status = library(w, rt_scene_create(w->ctx, &w->scene));
+        return status == BENCH_OK ? bench_spheres_add(name, w->scene, &w->balls, &w->ball_count) : status;
+    }
     if (!path_of(o, name, path, sizeof path) || !exists(path))
         return bench_fail(BENCH_FILE, "%s cannot be read%s", bench_quote(quoted, sizeof quoted, path),
                           is_word(name) ? "; --scenes FOLDER or LIBRT_SCENES says where the meshes are" : "");
@@ -120,9 +124,13 @@ static int view_of_file(const bench_options *o, const char *name, bench_world *w
 static int view_of(const bench_options *o, const char *name, bench_world *w)
 {
     static const bench_view sphere = {{0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 45};
+    static const bench_view spheres = {{0.75, 1.125, 2.125}, {0, 0, 0}, {0, 1, 0}, 40};
     int found = 0, status = BENCH_OK;
     if (strcmp(name, "sphere") == 0 && !o->cameras) {
         w->view = sphere;
+        found = 1;
+    } else if (w->balls && !o->cameras) {
+        w->view = spheres;
         found = 1;
     } else if (o->cameras || !w->lent) {
         found = view_of_file(o, name, w);
@@ -222,5 +230,6 @@ void bench_world_close(bench_world *w)
         rt_scene_destroy(w->scene);
         rt_context_destroy(w->ctx);
     }
+    free(w->balls);
     memset(w, 0, sizeof *w);
 }
