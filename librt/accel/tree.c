@@ -313,13 +313,17 @@ static void ball_of(const rtk_shape *shapes, uint32_t tri_count, uint32_t ref, f
 bool rti_tree_copies_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_count, const rtk_shape *shapes)
 {
     rtk_tree t = rti_tree_view(chunk);
-    for (uint32_t i = 0; i < rti_balls_room(t.ball_count) / (RTK_BALL * sizeof *t.balls); i++) {
+    uint32_t spheres = 0;
+    for (size_t i = 0; i < rti_balls_room(t.ball_count) / (RTK_BALL * sizeof *t.balls); i++) {
         float ball[RTK_BALL] = {0.0f, 0.0f, 0.0f, -1.0f};
         if (i < t.ball_count)
-            ball_of(shapes, tri_count, t.refs[t.block_count * RTK_BVH_BLOCK + i], ball);
-        if (memcmp(ball, t.balls + (size_t)i * RTK_BALL, sizeof ball) != 0)
+            ball_of(shapes, tri_count, t.refs[(size_t)t.block_count * RTK_BVH_BLOCK + i], ball);
+        if (memcmp(ball, t.balls + i * RTK_BALL, sizeof ball) != 0)
             return false;
+        spheres += ball[3] >= 0.0f;
     }
+    if (2u * (uint64_t)spheres < t.ball_count) /* there would be none; of instances, none are */
+        return false;
     for (uint32_t i = 0; i < t.block_count * RTK_BVH_BLOCK; i++) {
         const rtk_bvhblock *b = &t.blocks[i / RTK_BVH_BLOCK];
         uint32_t lane = i % RTK_BVH_BLOCK;

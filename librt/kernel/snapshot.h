@@ -152,7 +152,7 @@ typedef struct rtk_tree_header {
     float built_cost;     /* of a BVH that was refitted: what it cost when it was built (accel/bvh_refit.c); else 0 */
     rtk_u64 off_wide;     /* kd-tree: its leaves by eights, wide_count nodes */
     rtk_u32 wide_count;
-    rtk_u32 ball_count; /* balls, at off_balls, by eights that are filled up with such of radius -1; 0: none */
+    rtk_u32 ball_count; /* balls, at off_balls; behind them seven or more of radius -1, up to a multiple of eight; 0: none */
     rtk_u64 off_balls;
 } rtk_tree_header;
 

@@ -178,9 +178,10 @@ RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u
         const vec ball[8] = {r->org[0], r->org[1], r->org[2], r->dir[0], r->dir[1], r->dir[2], r->tmin, r->tmax};
         stream_eights(ball, &a->of[0].ball[0].ox, to.eight);
     }
+    float *const far = a->of[0].far, *const shift = a->of[0].shift; /* octants' stand one behind the other */
     for (rtk_u32 i = 0u; mode & STREAM_MOVED && i < RTI_SIMD; i++) {
-        a->of[0].far[to.one[i]] = r->t[i];
-        a->of[0].shift[to.one[i]] = r->shift[i];
+        far[to.one[i]] = r->t[i];
+        shift[to.one[i]] = r->shift[i];
     }
     if (mode & RTK_MODE_ANY) {
         stream_twos(r->kind, stream_vec(numbers), a->of[0].who, to.two);

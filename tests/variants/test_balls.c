@@ -1,6 +1,6 @@
-/* Spheres (trace/ball_lanes.inl, bvh_lone_ball.h, bvh_stream_ball.h), by themselves and with what else there is, in every way that
- * rays come: every tracer against brute force, bit for bit. Some spheres are twins or share their middle, rays start in them, on
- * them and far away, and begin and end at hits. */
+/* Spheres (trace/ball_lanes.inl, bvh_lone_ball.h, bvh_stream_ball.h), by themselves and with what else there is, in every way
+ * that rays come: every tracer against brute force, bit for bit. Some spheres are twins or share their middle, rays start in
+ * them, on them and far away, and begin and end at hits. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -164,9 +164,10 @@ static void check(const char *scene, const char *tracer, const char *way)
     for (uint32_t i = 0; i < RAYS; i++) {
         const rt_hit *a = &brute[i], *b = &other[i];
         if (memcmp(a, b, sizeof *a) != 0 || brute_occluded[i] != other_occluded[i])
-            fail_msg("%s, %s, %s, ray %u: t %a u %a v %a prim %u geom %u inst %u occluded %d; brute %a %a %a %u %u %u %d", scene, tracer,
-                     way, i, (double)b->t, (double)b->u, (double)b->v, b->prim_id, b->geom_id, b->inst_id, other_occluded[i],
-                     (double)a->t, (double)a->u, (double)a->v, a->prim_id, a->geom_id, a->inst_id, brute_occluded[i]);
+            fail_msg("%s, %s, %s, ray %u: t %a u %a v %a prim %u geom %u inst %u occluded %d; brute %a %a %a %u %u %u %d", scene,
+                     tracer, way, i, (double)b->t, (double)b->u, (double)b->v, b->prim_id, b->geom_id, b->inst_id,
+                     other_occluded[i], (double)a->t, (double)a->u, (double)a->v, a->prim_id, a->geom_id, a->inst_id,
+                     brute_occluded[i]);
     }
 }
 
