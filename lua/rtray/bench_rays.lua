@@ -29,8 +29,8 @@ end
 rays.text = [[
 Measures how fast rays are answered: by each tracer of the library and, with --against embree, by Embree 3, on the same rays in the same run, the
 repeats of all rows interleaved. A SCENE is a script, a mesh file, a saved snapshot, or a name: sphere is generated (998,000 triangles), and so are
-spheres1k, spheres100k and spheres1m (so many spheres in a box); others as sponza are NAME.ply in the folder of scenes. The camera is the scene's, of a
-mesh the one in cameras.json beside it; --eye and --at give another. A file called rays is written ./rays.
+spheres1k, spheres100k and spheres1m (so many spheres in a box); others as sponza are NAME.ply in the folder of scenes. The camera is the scene's, of
+a mesh the one in cameras.json beside it; --eye and --at give another. A file called rays is written ./rays.
 
 ]] .. definitions .. "\n\n" .. columns
 
