@@ -40,8 +40,14 @@ typedef struct rti_build_input {
     uint32_t box_count;
     float lo[3], hi[3]; /* root box, already grown */
     float grow;
-    bool balls; /* some of them are spheres, which rti_tree_balls is to tell the tree of */
+    bool balls; /* what are no triangles are spheres for the most part, which rti_tree_balls is to tell the tree of */
 } rti_build_input;
+
+/* Other shapes are tested one by one where there are balls, which costs more than their way without; so those are to be few. */
+static inline bool rti_mostly_balls(uint32_t spheres, uint32_t shapes)
+{
+    return spheres > 0 && 8 * (uint64_t)spheres >= 7 * (uint64_t)shapes;
+}
 
 /* Builds with the context's workers; the same bytes for any number of them. The chunk (header rtk_tree_header, arrays 64-byte
  * aligned) is one block of *size bytes from rti_alloc. Errors: MEMORY, MEMORY_LIMIT, CANCELLED (polled at least every few ms of

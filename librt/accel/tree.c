@@ -322,7 +322,7 @@ bool rti_tree_copies_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_
             return false;
         spheres += ball[3] >= 0.0f;
     }
-    if (2u * (uint64_t)spheres < t.ball_count) /* there would be none; of instances, none are */
+    if (t.ball_count > 0 && !rti_mostly_balls(spheres, t.ball_count)) /* there would be none; of instances, none are */
         return false;
     for (uint32_t i = 0; i < t.block_count * RTK_BVH_BLOCK; i++) {
         const rtk_bvhblock *b = &t.blocks[i / RTK_BVH_BLOCK];
@@ -375,6 +375,6 @@ void rti_tree_balls(rt_context *ctx, void *chunk, const rtk_shape *shapes, uint3
     for (size_t i = h->ball_count; i < room / (RTK_BALL * sizeof(float)); i++)
         memcpy(job.balls + i * RTK_BALL, (const float[RTK_BALL]){0.0f, 0.0f, 0.0f, -1.0f}, RTK_BALL * sizeof(float));
     rti_parallel(ctx, (h->ball_count + BALLS_A_TASK - 1) / BALLS_A_TASK, ball_task, &job);
-    if (2u * (uint64_t)job.spheres < h->ball_count)
+    if (!rti_mostly_balls(job.spheres, h->ball_count))
         h->ball_count = 0;
 }

@@ -132,7 +132,7 @@ typedef struct rtk_bvhblock {
 } rtk_bvhblock;
 
 /* A sphere of a leaf without blocks: x, y, z, radius; there is one for each reference behind 4 * block_count but a kd-tree's own,
- * of anything else with a radius of -1. A tree of which less than half of these are spheres has none. */
+ * of anything else with a radius of -1. A tree of which less than seven of eight of these are spheres has none. */
 #define RTK_BALL 4u
 
 typedef struct rtk_tree_header {

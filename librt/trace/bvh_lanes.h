@@ -90,7 +90,8 @@ RTI_VEC void bvh_expect(const rtk_tree *tree, rtk_u32 child, rtk_u32 count)
     const uintptr_t node = (uintptr_t)tree->bvh + child * sizeof *tree->bvh;
     const uintptr_t block = (uintptr_t)tree->blocks + child / 4u * sizeof *tree->blocks;
     const uintptr_t ball = (uintptr_t)tree->balls + (child - RTK_BVH_BLOCK * tree->block_count) * (RTK_BALL * sizeof *tree->balls);
-    const uintptr_t at = count == 0u ? node : (tree->ball_count == 0u ? block : ball); /* a number: it may be in no object */
+    const int blocked = child < RTK_BVH_BLOCK * tree->block_count || tree->ball_count == 0u;
+    const uintptr_t at = count == 0u ? node : (blocked ? block : ball); /* a number: it may be in no object */
     for (rtk_u32 i = 0u; i < 5u; i++)
         __builtin_prefetch((const void *)(at + i * 64u));
 }

@@ -193,7 +193,7 @@ RTI_VEC int lone_take(lone *l, rtk_u32 mode, rtk_u32 place, float t, float u, fl
     int better = t < l->t;
     if (mode & RTK_MODE_ANY)
         return 1;
-    if (t == l->t && !(l->t < l->far) && l->late != RTK_INVALID) /* triangles stand in the order of hits */
+    if (t == l->t && !(l->t < l->far) && l->late < RTK_BVH_BLOCK * l->tree->block_count) /* triangles stand in the order of hits */
         better = l->tree->refs[place] < l->tree->refs[l->late];
     else if (!better && (t <= l->far || t == l->t)) /* between the bounds, or as near: the order of hits decides */
         return lone_ask(l, mode, l->tree->refs[place]);

@@ -1,6 +1,6 @@
 /* One ray by itself (bvh_lone.h) and spheres of a leaf, as many at a time as a node's vectors have lanes. Their order along the ray
- * is that of their t; where two are equally near, or a hit lies between the bounds of a triangle's that was put aside, they are
- * asked. */
+ * is that of their t; where one is as near as what is no sphere, or lies between the bounds of a triangle's hit that was put aside,
+ * it is asked. */
 #ifndef RTI_BVH_LONE_BALL_H
 #define RTI_BVH_LONE_BALL_H
 
@@ -80,6 +80,9 @@ RTI_VEC int lone_balls(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
                 l->late = at + i;
                 l->far = rtk_min(l->far, t);
                 lone_expect(l, at + i);
+            } else if (t == l->t && !(l->t < l->far) && l->late != RTK_INVALID &&
+                       l->late >= RTK_BVH_BLOCK * l->tree->block_count) { /* so do spheres */
+                l->late = l->tree->refs[at + i] < l->tree->refs[l->late] ? at + i : l->late;
             } else if (t <= l->far || t == l->t) {
                 ask |= 1u << i;
             }

@@ -312,7 +312,12 @@ static void stream_doubt(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, r
     __builtin_prefetch(&a->tree.refs[place]);
 }
 
-/* A hit for certain of the triangle at a place. */
+RTI_VEC int stream_blocked(const streams *a, rtk_u32 place)
+{
+    return place < RTK_BVH_BLOCK * a->tree.block_count;
+}
+
+/* A hit for certain of the triangle, or of the sphere, at a place. */
 RTI_VEC void stream_take(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rtk_u32 place, float t, float u, float v)
 {
     stream_hit *h = &s->hit[l];
@@ -323,8 +328,8 @@ RTI_VEC void stream_take(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, r
         *h = (stream_hit){t, u, v, place};
         stream_ends(s, mode, l, rtk_min(far, t));
         __builtin_prefetch(&a->tree.refs[place]);
-    } else if (t == h->t && !(h->t < far) && h->late < RTK_BVH_BLOCK * a->tree.block_count &&
-               place < RTK_BVH_BLOCK * a->tree.block_count) { /* triangles stand in the order of hits */
+    } else if (t == h->t && !(h->t < far) && h->late != RTK_INVALID && stream_blocked(a, h->late) == stream_blocked(a, place)) {
+        /* triangles stand in the order of hits, and so do spheres */
         if (a->tree.refs[place] < a->tree.refs[h->late])
             *h = (stream_hit){t, u, v, place};
     } else if ((t <= far || t == h->t) && !stream_is(a, s, l, place)) { /* between the bounds, or as near: their order decides */
