@@ -159,12 +159,10 @@ RTI_VEC void lone_settle(lone *l)
         lone_keep(l, l->t, l->u, l->v, ref, 0u);
     } else {
         const rtk_u32 tris = l->group->tri_count;
-        const rtk_tri *tri = &l->group->tris[ref];
-        const rtk_shape *shape = &l->group->shapes[ref - tris];
         if (ref < tris)
-            lone_keep(l, l->t, l->u, l->v, tri->prim, tri->geom);
+            lone_keep(l, l->t, l->u, l->v, l->group->tris[ref].prim, l->group->tris[ref].geom);
         else
-            lone_keep(l, l->t, l->u, l->v, shape->prim, shape->geom);
+            lone_keep(l, l->t, l->u, l->v, l->group->shapes[ref - tris].prim, l->group->shapes[ref - tris].geom);
     }
 }
 

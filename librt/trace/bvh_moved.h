@@ -21,7 +21,7 @@
 typedef struct moved {
     _Alignas(64) rtk_trace_block own[MOVED / RTK_BLOCK];
     float shift[MOVED / RTK_BLOCK][RTK_BLOCK];
-    uint16_t tied[MOVED / RTK_BLOCK]; /* of any hits: all */
+    uint16_t tied[MOVED / RTK_BLOCK]; /* that have another hit beside the best; of any hits, that planes are met by */
     uint16_t lanes[MOVED / RTK_BLOCK], alone[MOVED / RTK_BLOCK]; /* whose origins were moved; that go by themselves */
     rtk_group group;                                             /* the scene's own, without planes */
 } moved;

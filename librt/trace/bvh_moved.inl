@@ -76,6 +76,7 @@ static void RTK_NAME(moved)(const rtk_scene *scene, const rtk_trace_block *rays,
 {
     moved *a = (moved *)(void *)((char *)scratch->room + RTI_TRACE_STREAMS);
     const int together = !stream_fits(scene->groups, scene->groups->parts); /* as packets */
+    const int planes = (RTK_MODE & RTK_MODE_ANY) && scene->groups->plane_count != 0u; /* at once: whom they hide is done */
     rtk_scene bare = *scene;
 #if !(RTK_MODE & 1)
     if (!together) {
@@ -91,16 +92,29 @@ static void RTK_NAME(moved)(const rtk_scene *scene, const rtk_trace_block *rays,
         const rtk_trace_block *given = rays + first / RTK_BLOCK;
         rtk_hit_block *h = hits ? hits + first / RTK_BLOCK : NULL;
         uint16_t *any = occluded ? occluded + first / RTK_BLOCK : NULL;
-        for (rtk_u32 i = 0u; i < n; i += RTK_BLOCK)
-            moved_block(a, i / RTK_BLOCK, rtk_umin(n - i, RTK_BLOCK), &given[i / RTK_BLOCK], a->group.parts);
+        if (planes) {
+            memset(any, 0, (n + RTK_BLOCK - 1u) / RTK_BLOCK * sizeof *any);
+            RTK_NAME(moved_planes)(scene, given, h, any, n, scratch);
+            memcpy(a->tied, any, (n + RTK_BLOCK - 1u) / RTK_BLOCK * sizeof *any);
+        }
+        for (rtk_u32 i = 0u; i < n; i += RTK_BLOCK) {
+            const rtk_u32 b = i / RTK_BLOCK;
+            moved_block(a, b, rtk_umin(n - i, RTK_BLOCK), &given[b], a->group.parts);
+            if (planes) {
+                moved_away(&a->own[b], a->tied[b]);
+                a->alone[b] &= (uint16_t)~a->tied[b];
+            }
+        }
         RTK_NAME(plain)(&bare, a->own, h, any, n, scratch, together);
+        for (rtk_u32 b = 0u; planes && b < (n + RTK_BLOCK - 1u) / RTK_BLOCK; b++)
+            any[b] |= a->tied[b];
 #if !(RTK_MODE & 1)
         RTK_NAME(moved_ties)(a, &bare, given, h, n, scratch);
 #endif
         for (rtk_u32 i = 0u; i < n; i += RTK_BLOCK)
             for (rtk_u32 l = a->alone[i / RTK_BLOCK]; l != 0u; l &= l - 1u)
                 RTK_NAME(moved_alone)(&bare, given, h, any, i + (rtk_u32)__builtin_ctz(l), scratch);
-        if (scene->groups->plane_count != 0u)
+        if (scene->groups->plane_count != 0u && !planes)
             RTK_NAME(moved_planes)(scene, given, h, any, n, scratch);
     }
 }

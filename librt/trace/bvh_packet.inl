@@ -364,6 +364,7 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
                               uint32_t count, rti_scratch *scratch)
 {
     packet p;
+    const int together = !stream_balls_apart(scene->groups, RTK_MODE, count, scratch);
     if (count < PACKET_FEW) {
         RTK_NAME(ones)(scene, rays, hits, occluded, count, scratch);
         return;
@@ -372,7 +373,7 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
         if (moved_fits(scene, rays, count, scratch))
             RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch);
         else
-            RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, !stream_balls_apart(scene->groups, RTK_MODE, scratch));
+            RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, together);
         if (!scratch->bare)
             RTK_NAME(finish)(scene, rays, hits, count, scratch);
         return;
@@ -399,7 +400,8 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
 {
     const rtk_group *g = scene->groups; /* whose parts are of one builder */
     const int plain = count >= PACKET_FEW && scene->instance_count == 0u;
-    const int apart = scratch->room && g->part_count != 0u && stream_fits(g, g->parts); /* in streams */
+    const int apart = scratch->room && g->part_count != 0u && stream_fits(g, g->parts) && /* in streams */
+                      !stream_scattered(rays, count, g->parts);
     if (plain && (apart || g->part_count == 0u || (g->shape_count != 0u && scratch->bare))) {
         if (apart && moved_fits(scene, rays, count, scratch))
             RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch);
