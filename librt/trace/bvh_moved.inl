@@ -51,7 +51,7 @@ static void RTK_NAME(moved_ties)(moved *a, const rtk_scene *scene, const rtk_tra
 #endif
 
 #if !(RTK_MODE & 1)
-/* Closest hits among triangles: in streams that know such sums. */
+/* Closest hits among triangles and spheres: in streams that know such sums. */
 static void RTK_NAME(moved_streams)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint32_t count,
                                     rti_scratch *scratch)
 {
@@ -69,8 +69,8 @@ static void RTK_NAME(moved_streams)(const rtk_scene *scene, const rtk_trace_bloc
 }
 #endif
 
-/* Rays of one group, of which many start far away. Among triangles as streams, coherent or not: what is known of the point that a
- * pencil's lines pass through is rounded from where they start, and packets have a large box of origins in common. */
+/* Rays of one group, of which many start far away. Among triangles and spheres as streams, coherent or not: what is known of the
+ * point that a pencil's lines pass through is rounded from where they start, and packets have a large box of origins in common. */
 static void RTK_NAME(moved)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                             uint32_t count, rti_scratch *scratch)
 {
