@@ -126,7 +126,7 @@ RTI_APART int lone_decide(lone *l, rtk_u32 place)
     const rti_f4 v0[3] = {ALL(c0[0]), ALL(c0[1]), ALL(c0[2])}, v1[3] = {ALL(c1[0]), ALL(c1[1]), ALL(c1[2])};
     const rti_f4 v2[3] = {ALL(c2[0]), ALL(c2[1]), ALL(c2[2])}, dx = ALL(l->dir[0]), dy = ALL(l->dir[1]);
     const rti_tri_ray4 ray = {ALL(l->org[0]), ALL(l->org[1]), ALL(l->org[2]), ALL(l->sx), ALL(l->sy),
-                              ALL(l->dir[2]), ALL(l->org[3]), ALL(l->dir[3]), ALL(0.0f),  ALL(l->scale)};
+                              ALL(l->dir[2]), ALL(l->org[3]), ALL(l->dir[3]), ALL(l->shift), ALL(l->scale)};
 #undef ALL
     rtk_u32 edges;
     rti_tri_hit4 hit;
@@ -149,7 +149,7 @@ RTI_VEC void lone_settle(lone *l)
     const rtk_u32 ref = l->tree->refs[place];
     l->late = RTK_INVALID;
     if (l->t < l->far) { /* put aside; nothing is in front of it */
-        if (l->shift != 0.0f || !lone_decide(l, place)) {
+        if (!lone_decide(l, place)) {
             lone_ask_plain(l, 0u, ref);
             return;
         }
