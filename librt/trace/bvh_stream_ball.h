@@ -69,11 +69,10 @@ RTI_VEC void stream_balls_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32
 /* RTI_SIMD rays, of which n count, as spheres meet them; the others are one of those again. */
 RTI_VEC many_balls_ray stream_balls_rays(const streams *a, const stream *s, rtk_u32 mode, const uint16_t lane[RTI_SIMD])
 {
-    vec o[8], shift = V(set)(0.0f);
+    vec o[8];
 #ifdef RTI_PACK8
+    const vec shift = mode & STREAM_MOVED ? V(column)(s->shift, 1u, lane) : V(set)(0.0f);
     V(records)(&s->ball[0].ox, lane, o);
-    if (mode & STREAM_MOVED)
-        shift = V(column)(s->shift, 1u, lane);
 #else
     float x[9][RTI_SIMD];
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
@@ -84,7 +83,7 @@ RTI_VEC many_balls_ray stream_balls_rays(const streams *a, const stream *s, rtk_
     }
     for (rtk_u32 k = 0u; k < 8u; k++)
         o[k] = V(load)(x[k]);
-    shift = V(load)(x[8]);
+    const vec shift = V(load)(x[8]);
 #endif
     many_balls_ray r = {{o[0], o[1], o[2]}, {o[3], o[4], o[5]}, .tmin = o[6], .tmax = o[7], .tshift = shift,
                         .margin = V(set)(RTK_BALL_MARGIN * a->part->scale)};
