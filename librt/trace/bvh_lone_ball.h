@@ -8,10 +8,12 @@
 #include "bvh_lone.h"
 
 #if NODE_N > 4
-#define ball_test rti_ball8
+#define ball_test      rti_ball8
+#define ball_one_ready rti_ball_ready8
 typedef rti_ball_ray8 ball_ray;
 #else
-#define ball_test rti_ball4
+#define ball_test      rti_ball4
+#define ball_one_ready rti_ball_ready4
 typedef rti_ball_ray4 ball_ray;
 #endif
 
@@ -81,7 +83,7 @@ RTI_VEC int lone_balls(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
                 l->far = rtk_min(l->far, t);
                 lone_expect(l, at + i);
             } else if (t == l->t && !(l->t < l->far) && l->late != RTK_INVALID &&
-                       l->late >= RTK_BVH_BLOCK * l->tree->block_count) { /* so do spheres */
+                       l->late >= RTK_BVH_BLOCK * l->tree->block_count) { /* spheres stand in the order of hits */
                 l->late = l->tree->refs[at + i] < l->tree->refs[l->late] ? at + i : l->late;
             } else if (t <= l->far || t == l->t) {
                 ask |= 1u << i;

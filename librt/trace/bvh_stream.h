@@ -163,6 +163,13 @@ RTI_VEC float stream_far(const stream *s, rtk_u32 mode, rtk_u32 l)
 {
     return mode & STREAM_MOVED ? s->far[l] : s->ray[l].t1;
 }
+#ifdef RTI_PACK8
+/* stream_far of many rays. */
+RTI_VEC vec stream_fars(const stream *s, rtk_u32 mode, const uint16_t lane[RTI_SIMD])
+{
+    return mode & STREAM_MOVED ? V(column)(s->far, 1u, lane) : V(column)(&s->ray[0].t1, 8u, lane);
+}
+#endif
 RTI_VEC float stream_shift(const stream *s, rtk_u32 mode, rtk_u32 l)
 {
     return mode & STREAM_MOVED ? s->shift[l] : 0.0f;

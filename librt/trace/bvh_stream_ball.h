@@ -3,29 +3,9 @@
 #ifndef RTI_BVH_STREAM_BALL_H
 #define RTI_BVH_STREAM_BALL_H
 
-#include "ball_lanes.h"
 #include "bvh_stream.h"
 
 #define STREAM_BALL_FEW 4u /* rays of a leaf that go by themselves */
-
-#if RTI_SIMD >= 16
-#define many_balls    rti_ball16
-#define many_balls_of rti_ball_ready16
-typedef rti_ball_ray16 many_balls_ray;
-#elif RTI_SIMD >= 8
-#define many_balls    rti_ball8
-#define many_balls_of rti_ball_ready8
-typedef rti_ball_ray8 many_balls_ray;
-#else
-#define many_balls    rti_ball4
-#define many_balls_of rti_ball_ready4
-typedef rti_ball_ray4 many_balls_ray;
-#endif
-#if NODE_N > 4
-#define one_ball_of rti_ball_ready8
-#else
-#define one_ball_of rti_ball_ready4
-#endif
 
 RTI_VEC const float *stream_ball_at(const streams *a, rtk_u32 place)
 {
@@ -42,7 +22,7 @@ RTI_VEC void stream_balls_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32
                   .tmax = NODE(set)(o->tmax),
                   .tshift = NODE(set)(stream_shift(s, mode, l)),
                   .margin = NODE(set)(RTK_BALL_MARGIN * a->part->scale)};
-    one_ball_of(&r);
+    ball_one_ready(&r);
     for (rtk_u32 k = 0u; k < count; k += NODE_N) {
         const rtk_u32 want = (1u << rtk_umin(count - k, NODE_N)) - 1u;
         const float far = mode & RTK_MODE_ANY ? RTK_INF : rtk_max(s->hit[l].t, stream_far(s, mode, l));
@@ -66,8 +46,8 @@ RTI_VEC void stream_balls_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32
     }
 }
 
-/* RTI_SIMD rays, of which n count, as spheres meet them; the others are one of those again. */
-RTI_VEC many_balls_ray stream_balls_rays(const streams *a, const stream *s, rtk_u32 mode, const uint16_t lane[RTI_SIMD])
+/* RTI_SIMD rays as spheres meet them. */
+RTI_VEC ball_rays stream_balls_rays(const streams *a, const stream *s, rtk_u32 mode, const uint16_t lane[RTI_SIMD])
 {
     vec o[8];
 #ifdef RTI_PACK8
@@ -85,19 +65,25 @@ RTI_VEC many_balls_ray stream_balls_rays(const streams *a, const stream *s, rtk_
         o[k] = V(load)(x[k]);
     const vec shift = V(load)(x[8]);
 #endif
-    many_balls_ray r = {{o[0], o[1], o[2]}, {o[3], o[4], o[5]}, .tmin = o[6], .tmax = o[7], .tshift = shift,
+    ball_rays r = {{o[0], o[1], o[2]}, {o[3], o[4], o[5]}, .tmin = o[6], .tmax = o[7], .tshift = shift,
                         .margin = V(set)(RTK_BALL_MARGIN * a->part->scale)};
-    many_balls_of(&r);
+    ball_ready(&r);
     return r;
 }
 
 /* Behind which of these rays' best hits spheres need not be told. */
 RTI_VEC vec stream_balls_far(const stream *s, rtk_u32 mode, const uint16_t lane[RTI_SIMD])
 {
+    if (mode & RTK_MODE_ANY)
+        return V(set)(RTK_INF);
+#ifdef RTI_PACK8
+    return V(max)(V(column)(&s->hit[0].t, 4u, lane), stream_fars(s, mode, lane));
+#else
     float far[RTI_SIMD];
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
-        far[i] = mode & RTK_MODE_ANY ? RTK_INF : rtk_max(s->hit[lane[i]].t, stream_far(s, mode, lane[i]));
+        far[i] = rtk_max(s->hit[lane[i]].t, stream_far(s, mode, lane[i]));
     return V(load)(far);
+#endif
 }
 
 /* The balls of a leaf for the rays of a list. */
@@ -111,7 +97,7 @@ static void stream_balls(const streams *a, stream *s, rtk_u32 mode, const uint16
         uint16_t lane[RTI_SIMD];
         for (rtk_u32 k = 0u; k < RTI_SIMD; k++)
             lane[k] = ids[i + (k < some ? k : 0u)];
-        const many_balls_ray r = stream_balls_rays(a, s, mode, lane);
+        const ball_rays r = stream_balls_rays(a, s, mode, lane);
         const vec far = stream_balls_far(s, mode, lane);
         for (rtk_u32 k = 0u; k < count && live != 0u; k++) {
             const float *ball = stream_ball_at(a, at + k);
@@ -119,7 +105,7 @@ static void stream_balls(const streams *a, stream *s, rtk_u32 mode, const uint16
             const rtk_u32 other = ball[3] < 0.0f;
             vec t = far;
             float each[RTI_SIMD];
-            rtk_u32 hit = other ? live : many_balls(&r, middle, V(set)(ball[3]), far, live, &t);
+            rtk_u32 hit = other ? live : ball_many(&r, middle, V(set)(ball[3]), far, live, &t);
             if (hit == 0u)
                 continue;
             V(store)(each, t);

@@ -232,12 +232,6 @@ RTI_VEC rtk_u32 stream_many_test(const stream_corners *c, const tri_ray *r, cons
     return hit ? tri_test(r, v0, v1, v2, want, hit) : tri_inside(r, v0, v1, v2, want);
 }
 
-/* stream_far of many rays. */
-RTI_VEC vec stream_fars(const stream *s, rtk_u32 mode, const uint16_t lane[RTI_SIMD])
-{
-    return mode & STREAM_MOVED ? V(column)(s->far, 1u, lane) : V(column)(&s->ray[0].t1, 8u, lane);
-}
-
 /* What RTI_SIMD rays, which are different ones where they count, and the triangle at a place give in vectors, as stream_take and
  * stream_doubt would. Returns the rays for which nothing was done, as they must go one by one: where a hit is not for certain,
  * lies between the best one's bounds, or is as near. */

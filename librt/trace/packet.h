@@ -3,6 +3,7 @@
 #ifndef RTI_PACKET_H
 #define RTI_PACKET_H
 
+#include "ball_lanes.h"
 #include "lane.h"
 #include "tri_lanes.h"
 
@@ -17,6 +18,9 @@
 #define tri_inside rti_tri_inside16
 #define tri_ray    rti_tri_ray16
 #define tri_hit    rti_tri_hit16
+#define ball_many  rti_ball16
+#define ball_rays  rti_ball_ray16
+#define ball_ready rti_ball_ready16
 #elif RTI_SIMD >= 8
 #define V(op)      rti_f8_##op
 #define VM(op)     rti_m8_##op
@@ -28,6 +32,9 @@
 #define tri_inside rti_tri_inside8
 #define tri_ray    rti_tri_ray8
 #define tri_hit    rti_tri_hit8
+#define ball_many  rti_ball8
+#define ball_rays  rti_ball_ray8
+#define ball_ready rti_ball_ready8
 #else
 #define V(op)      rti_f4_##op
 #define VM(op)     rti_m4_##op
@@ -37,6 +44,9 @@
 #define tri_inside rti_tri_inside4
 #define tri_ray    rti_tri_ray4
 #define tri_hit    rti_tri_hit4
+#define ball_many  rti_ball4
+#define ball_rays  rti_ball_ray4
+#define ball_ready rti_ball_ready4
 #endif
 #define LANES_ALL ((1u << RTI_SIMD) - 1u)
 

@@ -6,27 +6,6 @@
 
 #include "bvh_packet.h"
 
-typedef struct vec3 {
-    vec x, y, z;
-} vec3;
-
-RTI_VEC vec packet_dot3(vec3 a, vec3 b)
-{
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-RTI_VEC vec3 packet_madd(vec3 a, vec t, vec3 d)
-{
-    return (vec3){a.x + t * d.x, a.y + t * d.y, a.z + t * d.z};
-}
-
-/* rtk_local_at */
-RTI_VEC vec packet_local_at(vec org, vec anchor, vec t, vec d)
-{
-    const wide_ff f = wide_two_diff(org, anchor), p = wide_two_prod(t, d), s = wide_two_sum(f.hi, p.hi);
-    return s.hi + (s.lo + (f.lo + p.lo));
-}
-
 /* Of `lanes` from `at` on those that have the first or the second of two crossings in their ranges, and the first that is. */
 RTI_VEC rtk_u32 packet_crossings(const packet *p, rtk_u32 at, rtk_u32 lanes, vec first, vec second, vec *out)
 {
@@ -40,25 +19,15 @@ RTI_VEC rtk_u32 packet_crossings(const packet *p, rtk_u32 at, rtk_u32 lanes, vec
 /* Of `lanes` from `at` on, none of whose rays has its origin moved, those that hit the sphere, and where first. */
 RTI_VEC rtk_u32 packet_sphere_hits(const packet *p, const float sphere[4], float scale, rtk_u32 at, rtk_u32 lanes, vec *out)
 {
-    const vec zero = V(set)(0.0f), radius = V(set)(sphere[3]), reach = V(set)(sphere[3] + RTK_BALL_MARGIN * scale);
-    const vec3 org = {V(load)(p->org[0] + at), V(load)(p->org[1] + at), V(load)(p->org[2] + at)};
-    const vec3 dir = {V(load)(p->dir[0] + at), V(load)(p->dir[1] + at), V(load)(p->dir[2] + at)};
-    const vec3 middle = {V(set)(sphere[0]), V(set)(sphere[1]), V(set)(sphere[2])};
-    const vec3 f = {org.x - middle.x, org.y - middle.y, org.z - middle.z};
-    const vec dd = packet_dot3(dir, dir), t = -packet_dot3(f, dir) / dd;
-    const vec3 closest = packet_madd(f, t, dir);
-    lanes &= VM(bits)(V(le)(packet_dot3(closest, closest), reach * reach));
-    if (lanes == 0u)
-        return 0u;
-    const vec3 o = {packet_local_at(org.x, middle.x, t, dir.x), packet_local_at(org.y, middle.y, t, dir.y),
-                    packet_local_at(org.z, middle.z, t, dir.z)};
-    const vec len = V(sqrt)(dd);
-    const vec3 d = {dir.x / len, dir.y / len, dir.z / len};
-    const vec b = -packet_dot3(o, d);
-    const vec3 foot = packet_madd(o, b, d);
-    const vec m = V(sqrt)(packet_dot3(foot, foot)), disc = (radius - m) * (radius + m), h = V(sqrt)(disc);
-    const vec first = zero + (t + (b - h) / len), second = zero + (t + (b + h) / len);
-    return packet_crossings(p, at, lanes & VM(bits)(V(le)(zero, disc)), first, second, out);
+    const vec middle[3] = {V(set)(sphere[0]), V(set)(sphere[1]), V(set)(sphere[2])};
+    ball_rays r = {{V(load)(p->org[0] + at), V(load)(p->org[1] + at), V(load)(p->org[2] + at)},
+                   {V(load)(p->dir[0] + at), V(load)(p->dir[1] + at), V(load)(p->dir[2] + at)},
+                   .tmin = V(load)(p->tmin + at),
+                   .tmax = V(load)(p->tmax + at),
+                   .tshift = V(set)(0.0f),
+                   .margin = V(set)(RTK_BALL_MARGIN * scale)};
+    ball_ready(&r); /* what a ray that passes does not need is found behind that */
+    return ball_many(&r, middle, V(set)(sphere[3]), V(set)(RTK_INF), lanes, out);
 }
 
 /* Likewise a box. */
