@@ -108,7 +108,7 @@ uint32_t rti_arrays_guess(const rtk_trace_block *b, uint32_t count)
 static uint32_t desk_take(desk *d, const rt_ray *rays, const float *times, size_t left, uint32_t *flags)
 {
     const uint32_t most = left < d->most ? (uint32_t)left : d->most;
-    const uint32_t near = most < NEAR || d->scratch.apart != 0 ? most : NEAR;
+    const uint32_t near = most < NEAR || (d->scratch.apart[0] | d->scratch.apart[1]) != 0 ? most : NEAR;
     d->turn->rays(ray_at(rays), near, d->rays);
     d->scratch.times = times;
     if (*flags == RTI_ARRAYS_GUESS)

@@ -287,7 +287,8 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
             gone += n;
             if (!on || g->part_count != 1u || g->plane_count != 0u)
                 continue;
-            for (rtk_u32 apart = rtk_umin(pencil_scatters(&l, RTK_MODE, n), count - gone); apart != 0u;) {
+            const rtk_u32 whole = (count - gone) / RTK_BLOCK * RTK_BLOCK; /* streams write whole blocks of hits */
+            for (rtk_u32 apart = rtk_umin(pencil_scatters(&l, RTK_MODE, n), whole); apart != 0u;) {
                 const rtk_u32 m = rtk_umin(apart, PACKET);
                 RTK_NAME(stream_all)(a, gone, m, 0);
                 RTK_NAME(stream_flush)(a, PACKET);

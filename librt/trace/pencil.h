@@ -56,11 +56,11 @@ typedef rtk_u32 pencil_bits;
 #define PENCIL_ONE(bundle) ((pencil_bits)1u << (bundle))
 #define PENCIL_RAYS        (PENCIL * RTK_BLOCK)
 #define PENCIL_LOST        4u             /* times that rays are no pencil before the rest of a batch is not tried */
-/* A pencil does well where it looks through a leaf for at least so many of its rays, or so many rays come to one. */
-#define PENCIL_RAYS_OF_LEAVES 4u
-#define PENCIL_RAYS_A_LEAF    (RTI_SIMD >= 16 ? 12u : (RTI_SIMD >= 8 ? 6u : 4u))
-#define PENCIL_APART          (2u * PENCIL_RAYS) /* rays that go in streams after one that does not, */
-#define PENCIL_APART_AGAIN    (RTI_SIMD >= 16 ? 16u : 2u) /* so many times as many after the next */
+/* A pencil does well where, of leaves, it looks through one for at least so many of its rays, or so many rays come to one. */
+#define PENCIL_RAYS_OF_LEAVES(mode) ((mode)&RTK_MODE_ANY ? 4u : 1u)
+#define PENCIL_RAYS_A_LEAF(mode)    ((mode)&RTK_MODE_ANY ? (RTI_SIMD >= 16 ? 12u : (RTI_SIMD >= 8 ? 6u : 4u)) : 2u)
+#define PENCIL_APART(mode)          ((mode)&RTK_MODE_ANY ? 2u * PENCIL_RAYS : PENCIL_RAYS / 2u) /* rays in streams behind one, */
+#define PENCIL_APART_AGAIN          (RTI_SIMD >= 16 ? 16u : 2u) /* so many times as many behind the next */
 #define PENCIL_MAIL        64u
 #define PENCIL_U           9.5367432e-07f /* 16 u */
 #define PENCIL_HALVES      (RTK_BLOCK / RTI_SIMD)
@@ -117,7 +117,7 @@ typedef struct pencil {
     } blocker[RTK_PARTS];
     rtk_u32 met;
     rtk_u32 lost;  /* so many times one after the other rays were no pencil */
-    rtk_u32 leaves, told; /* of one: leaves of which was told which rays meet their boxes, and how many these are */
+    rtk_u32 leaves, told; /* of one: leaves it looked through, and how many rays meet their boxes */
 #ifdef RTK_REPEATS
     /* Of some triangles the bundles that have met them, for leaves may hold them again; PENCIL_MAIL of them, by their numbers. */
     struct {
@@ -164,18 +164,19 @@ RTI_VEC void pencil_open_batch(pencil *p, const rtk_scene *scene, const rtk_trac
     }
 }
 
-/* Any hit: how many of the rays behind a pencil of `count` are better off in streams. Where triangles are so small that a pencil
- * finds few rays in each leaf, it tells that for all of its bundles again and again. (Shadow rays of 75,000 points of a million
- * triangles: streams are 1.5 times as fast, at three rays a leaf; where sixteen come to one, pencils are 1.7 times as fast.) Some
- * after the first time, for a single one tells little; many times as many each time after that, until a pencil does well. */
+/* How many of the rays behind a pencil of `count` are better off in streams. Where triangles are so small that a pencil finds few
+ * rays in each leaf, it tells that for all of its bundles again and again. (Shadow rays of 75,000 points of a million triangles:
+ * streams are 1.5 times as fast, at three rays a leaf; where sixteen come to one, pencils are 1.7 times as fast. Of an eye, which
+ * rays pass a leaf is told for bundles: of four million triangles in 307,200 pixels streams are 1.15 times as fast, at 1.7 rays a
+ * leaf, of ten million 1.4 times; at three they are even.) Some after the first time, for a single one tells little; many times as
+ * many each time after that, until a pencil does well. */
 RTI_VEC rtk_u32 pencil_scatters(pencil *p, rtk_u32 mode, rtk_u32 count)
 {
-    const int few = PENCIL_RAYS_OF_LEAVES * p->leaves > count && p->told < PENCIL_RAYS_A_LEAF * p->leaves;
+    const int few = PENCIL_RAYS_OF_LEAVES(mode) * p->leaves > count && p->told < PENCIL_RAYS_A_LEAF(mode) * p->leaves;
+    uint32_t *apart = &p->scratch->apart[(mode & RTK_MODE_ANY) != 0u];
+    const rtk_u32 more = *apart == 0u ? PENCIL_APART(mode) : rtk_umin(PENCIL_APART_AGAIN * *apart, 1u << 16);
     p->leaves = p->told = 0u;
-    if (!(mode & RTK_MODE_ANY))
-        return 0u;
-    const rtk_u32 more = p->scratch->apart == 0u ? PENCIL_APART : rtk_umin(PENCIL_APART_AGAIN * p->scratch->apart, 1u << 16);
-    return p->scratch->apart = few ? more : 0u;
+    return *apart = few ? more : 0u;
 }
 
 /* May a group's rays go in pencils? There they meet triangles alone, of which every hit counts. */

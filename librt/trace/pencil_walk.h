@@ -6,7 +6,7 @@
 
 #define PENCIL_NODES   8u            /* nodes a ray that a pencil may open before it has come apart */
 #define PENCIL_BUNDLED (PENCIL / 4u) /* bundles at a leaf up to which their rays are told from one another at once */
-#define PENCIL_PAIRS   2u            /* pairs of a bundle and a triangle, for each bundle, above which rays are told from one another */
+#define PENCIL_PAIRS   2u /* pairs of a bundle and a triangle, for each bundle, above which rays are told from one another */
 /* PENCIL_LONE: rays at a leaf for which its triangles are not looked at before. PENCIL_PRICE: what FOUR_RAYS rays by four
  * triangles cost, in pairs of a bundle and a triangle. */
 #if defined RTI_PACK8
@@ -149,8 +149,6 @@ RTI_VEC void pencil_tell(pencil *p, const rtk_bvhnode *n, rtk_u32 slot, pencil_a
     a->bundles = pencil_near(p, n, slot, a->bundles, a->rays);
     for (pencil_bits l = a->bundles; l != 0u; l &= l - 1u)
         a->count += (rtk_u32)__builtin_popcount(a->rays[PENCIL_FIRST(l)]);
-    p->leaves += !p->one; /* else those of few bundles alone are told of */
-    p->told += p->one ? 0u : a->count;
 }
 
 /* Of the four places from `at` on those of a leaf, a bit each. */
@@ -223,10 +221,14 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
         pencil_refs(p, mode, n, slot, bundles);
         return;
     }
+    p->leaves++;
     if (!one || PENCIL_COUNT(bundles) <= PENCIL_BUNDLED) {
         pencil_tell(p, n, slot, &a);
+        p->told += a.count;
         if (a.count == 0u)
             return;
+    } else {
+        p->told += RTK_BLOCK * PENCIL_COUNT(bundles); /* they are many */
     }
     if (a.known && a.count <= PENCIL_LONE(mode)) {
         for (rtk_u32 at = begin / 4u * 4u; at < end; at += 4u)

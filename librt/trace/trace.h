@@ -66,7 +66,7 @@ typedef struct rti_scratch {
     bool narrow; /* streams have room for few lists (bvh_stream.h) */
     bool turns;  /* streams go by turns through trees of any size, not of a large one alone (bvh_stream.h) */
     bool bare;   /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
-    uint32_t apart; /* coherent rays that ask for any hit: so many behind the last batch are better off as others (pencil.h) */
+    uint32_t apart[2]; /* coherent rays, of closest and of any hits: so many behind the last do better as others (pencil.h) */
     rti_soon soon;
 } rti_scratch;
 

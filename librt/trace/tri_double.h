@@ -12,7 +12,8 @@
  * They hold while nothing over- or underflows. Coordinates are no more than DOUBLE_SCALE, where nothing overflows. Products below
  * 2^-101 lose bits, in all of an expression no more than 2^-144, and as many times |o| <= 5 scale, or |d|, when a normal is
  * multiplied by those; what is below the DOUBLE_LEAST_* is not decided here, and so that is less than a fortieth of each bound.
- * (The sheared corners are scaled there so that products keep more than that.) A quotient of the plane below 2^-100 is rounded there by more than its terms are off.
+ * (The sheared corners are scaled there so that products keep more than that.) A quotient of the plane below 2^-100 is rounded
+ * there by more than its terms are off.
  */
 #ifndef RTI_TRI_DOUBLE_H
 #define RTI_TRI_DOUBLE_H

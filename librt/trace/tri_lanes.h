@@ -13,9 +13,9 @@
 #define LANES_TYPE(a, n)       LANES_TYPE_(a, n)
 
 /* What the leaf test's first half can tell of lanes in doubt without the second. Where no edge function is zero each has its true
- * sign, so a ray is inside for certain. The second half's depth is that of the same sheared vertices, of which the first's is off by
- * no more than half of `e` while det is known to a hundredth, or the plane's, no farther than 2^-19 scale (SETTLE_OFF, of scale /
- * |kdz|). */
+ * sign, so a ray is inside for certain. The second half's depth is that of the same sheared vertices, of which the first's is off
+ * by no more than half of `e` while det is known to a hundredth, or the plane's, no farther than 2^-19 scale (SETTLE_OFF, of scale
+ * / |kdz|). */
 #define SETTLE_OFF        2.4e-6f
 #define CERTAIN_OFF_T     1.5e-6f /* of t: for roundings, also of t - off and t + off */
 #define CERTAIN_OFF_LEAST 1e-37f

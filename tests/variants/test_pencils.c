@@ -25,8 +25,8 @@ static rtk_trace_block rays[MOST / RTK_BLOCK];
 static rtk_hit_block want[MOST / RTK_BLOCK], got[MOST / RTK_BLOCK];
 static uint16_t hidden[MOST / RTK_BLOCK], seen[MOST / RTK_BLOCK];
 
-enum way { EYE, LIGHT, MIRROR, WAYS };
-static const char *const way_names[WAYS] = {"from an eye", "to a light", "from behind"};
+enum way { EYE, LIGHT, MIRROR, CAMERA, WAYS };
+static const char *const way_names[WAYS] = {"from an eye", "to a light", "from behind", "from a camera"};
 
 typedef struct point {
     double x[3];
@@ -99,11 +99,28 @@ static void put(uint32_t i, const point *org, const double dir[3], double tmin, 
     b->mask[k] = 0xffffffffu;
 }
 
-/* Rays of a way, 512 or 256 of them through a point. */
+/* Where ray i of a camera's 64 x 64 passes the middle of the scene, blocks of 4 x 4 by rows, seen from an apex. */
+static point pixel(const test_targets *t, const point *apex, uint32_t i)
+{
+    const uint32_t block = i / RTK_BLOCK, k = i % RTK_BLOCK;
+    const double plane[2] = {block % 16u * 4u + k % 4u, block / 16u * 4u + k / 4u};
+    point p;
+    int depth = 0;
+    for (int a = 0; a < 3; a++) {
+        p.x[a] = 0.5 * (t->lo[a] + t->hi[a]);
+        if (fabs(apex->x[a] - p.x[a]) > fabs(apex->x[depth] - p.x[depth]))
+            depth = a;
+    }
+    for (int a = 1; a < 3; a++)
+        p.x[(depth + a) % 3] += t->extent * ((plane[a - 1] + 0.5) / 64.0 - 0.5);
+    return p;
+}
+
+/* Rays of a way, 512 or 256 of them through a point, of a camera all. */
 static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t round)
 {
     point apex = {{0.0}}, center = {{0.0}};
-    const uint32_t tile = round % 6 == 5 ? 256 : 512;
+    const uint32_t tile = way == CAMERA ? MOST : (round % 6 == 5 ? 256 : 512);
     bool narrow = false, zero = false;
     for (uint32_t i = 0; i < MOST; i++) {
         if (i % tile == 0) {
@@ -114,10 +131,10 @@ static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t ro
             narrow = test_u32(rng) % 2;
             zero = test_u32(rng) % 2;
         }
-        point at = aim(t, rng), org = apex;
+        point at = way == CAMERA ? pixel(t, &apex, i) : aim(t, rng), org = apex;
         double dir[3], length = 0.0, tmin = 0.0, tmax = (double)RTK_INF;
         for (int a = 0; a < 3; a++) {
-            if (narrow)
+            if (narrow && way != CAMERA)
                 at.x[a] = center.x[a] + 0.03 * t->extent * (test_unit(rng) - 0.5);
             dir[a] = at.x[a] - apex.x[a];
             length += dir[a] * dir[a];
@@ -183,19 +200,19 @@ static void compare(const char *what, enum way way, const char *name, uint32_t c
     }
 }
 
-/* Batches of `size` rays and fewer. least: so much of the rays go as pencils, in a hundred. Returns the part of those to a light
- * that do. */
-static double sweep(const test_world *w, uint32_t rounds, uint32_t size, const char *what, unsigned least)
+/* Batches of `size` rays and fewer. least: so much of the rays go as pencils, in a hundred. parts, if not NULL: of those
+ * to a light that ask for any hit, and of others that ask for the closest, the part that does. */
+static void sweep(const test_world *w, uint32_t rounds, uint32_t size, const char *what, unsigned least, double *parts)
 {
     const rti_tracer *judge = rti_tracer_find(test_isa(), "brute");
-    uint64_t asked[WAYS] = {0}, together[WAYS] = {0}, hits = 0, all = 0;
+    uint64_t asked[WAYS] = {0}, together[WAYS] = {0}, closest[WAYS][2] = {{0}}, hits = 0, all = 0;
     test_targets t;
     test_rng rng = {20};
     test_targets_init(&t, w);
     for (uint32_t round = 0; round < rounds * WAYS; round++) {
-        const enum way way = (enum way)(round % WAYS);
+        const enum way way = round < rounds * CAMERA ? (enum way)(round % CAMERA) : CAMERA; /* behind the others */
         rti_scratch plain = {.room = test_room()};
-        fill(&t, &rng, way, round / WAYS);
+        fill(&t, &rng, way, way == CAMERA ? round - rounds * CAMERA : round / CAMERA);
         judge->intersect(&w->scene, rays, want, size, 0, &plain);
         judge->occluded(&w->scene, rays, hidden, size, 0, &plain);
         for (uint32_t i = 0; i < size; i++)
@@ -209,6 +226,10 @@ static double sweep(const test_world *w, uint32_t rounds, uint32_t size, const c
                 continue;
             memset(got, 0x55, sizeof got);
             tracer->intersect(&w->scene, rays, got, count, RTI_TRACE_COHERENT, &scratch);
+            if (tracer->tree == RTK_TREE_BVH) {
+                closest[way][0] += scratch.stats.together;
+                closest[way][1] += count;
+            }
             if (way == LIGHT) /* closest hits of rays that run to one point are no pencil's */
                 scratch.stats.together = 0;
             tracer->occluded(&w->scene, rays, seen, count, RTI_TRACE_COHERENT, &scratch);
@@ -227,7 +248,9 @@ static double sweep(const test_world *w, uint32_t rounds, uint32_t size, const c
     if (hits * 10 < all)
         fail_msg("%s: only %llu of %llu rays hit: the test tests little", what, (unsigned long long)hits,
                  (unsigned long long)all);
-    return (double)together[LIGHT] / (double)asked[LIGHT];
+    for (int way = 0; parts && way < WAYS; way++)
+        parts[way] =
+            way == LIGHT ? (double)together[way] / (double)asked[way] : (double)closest[way][0] / (double)closest[way][1];
 }
 
 static rt_context *context(void)
@@ -252,7 +275,8 @@ static void with_mesh(test_mesh *m, float scale, float move, const char *what, u
         test_world_mesh(&w, 0, m, 0xffffffffu);
         assert_int_equal(test_world_commit(&w, &(rti_build_settings){.builder = i ? RTI_BUILD_KD_EXACT : RTI_BUILD_KD_BINNED}),
                          RT_OK);
-        sweep(&w, ROUNDS, BATCH, what, bvh[i] == RTI_BUILD_BVH_COMPACT ? 0 : least); /* no blocks of triangles, no pencils */
+        sweep(&w, ROUNDS, BATCH, what, bvh[i] == RTI_BUILD_BVH_COMPACT ? 0 : least,
+              NULL); /* no blocks of triangles, no pencils */
         test_world_free(&w);
     }
     test_mesh_free(m);
@@ -287,9 +311,11 @@ static void test_scattered(void **state)
     test_world_init(&w, ctx);
     test_world_mesh(&w, 0, &m, 0xffffffffu);
     assert_int_equal(test_world_commit(&w, &(rti_build_settings){.builder = RTI_BUILD_KD_BINNED}), RT_OK);
-    const double pencils = sweep(&w, 2, MOST, "dense globe", 0);
-    if (pencils < 0.1 || pencils > 0.7)
-        fail_msg("dense globe: %g of the rays to a light go as pencils", pencils);
+    double parts[WAYS];
+    sweep(&w, 2, MOST, "dense globe", 0, parts);
+    for (int way = LIGHT; way <= CAMERA; way += CAMERA - LIGHT)
+        if (parts[way] < 0.1 || parts[way] > (way == LIGHT ? 0.7 : 0.85)) /* a camera's .88 and .90 if they did not */
+            fail_msg("dense globe: %g of the rays %s go as pencils", parts[way], way_names[way]);
     test_world_free(&w);
     test_mesh_free(&m);
     rt_context_destroy(ctx);
@@ -358,7 +384,7 @@ static void test_planes(void **state)
     test_world_plane(&w, 0, (float[3]){0.0f, -0.25f, 0.0f}, (float[3]){0.1f, 1.0f, -0.2f}, 0xffffffffu);
     test_world_plane(&w, 0, m.tris[m.count - 1].v0, (float[3]){0.0f, 1.0f, 0.0f}, 0xffffffffu);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-    sweep(&w, ROUNDS, BATCH, "planes", 10); /* of any hits many are planes' */
+    sweep(&w, ROUNDS, BATCH, "planes", 10, NULL); /* of any hits many are planes' */
     test_world_free(&w);
     test_mesh_free(&m);
     rt_context_destroy(ctx);
@@ -371,7 +397,7 @@ static void with_parts(uint32_t triangles, float size, uint32_t rounds, uint32_t
     test_world w;
     test_world_init(&w, ctx);
     assert_int_equal(test_parts_init(&parts, &w, 2, 0.01f, triangles, size), RT_OK);
-    sweep(&w, rounds, batch, what, least);
+    sweep(&w, rounds, batch, what, least, NULL);
     test_parts_free(&parts, &w);
     rt_context_destroy(ctx);
 }
