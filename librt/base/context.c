@@ -91,6 +91,7 @@ rt_status rt_context_create(const rt_context_desc *desc, rt_context **context)
     pthread_mutex_init(&ctx->pool_lock, NULL);
     pthread_mutex_init(&ctx->cache_lock, NULL);
     choose_isa(ctx);
+    ctx->roomy = rti_core_cache() >= (uint64_t)1 << 20;
     *context = ctx;
     return RT_OK;
 }
@@ -121,6 +122,11 @@ uint32_t rt_context_workers(const rt_context *context)
 rti_isa rti_context_isa(const rt_context *ctx)
 {
     return ctx->isa;
+}
+
+bool rti_context_roomy(const rt_context *ctx)
+{
+    return ctx->roomy;
 }
 
 const char *rt_isa(void)

@@ -37,6 +37,7 @@ struct rt_context {
     uint64_t memory_limit;
     uint32_t workers;
     rti_isa isa;
+    bool roomy; /* rti_context_roomy */
 
     atomic_uint_fast64_t memory_now, memory_peak;
 

@@ -128,6 +128,15 @@ uint32_t rt_cpu_count(void)
     return granted && granted < (uint32_t)n ? granted : (uint32_t)n;
 }
 
+uint64_t rti_core_cache(void)
+{
+    long n = 0;
+#ifdef _SC_LEVEL2_CACHE_SIZE
+    n = sysconf(_SC_LEVEL2_CACHE_SIZE);
+#endif
+    return n > 0 ? (uint64_t)n : 0;
+}
+
 static uint64_t machine_memory(void)
 {
     FILE *f = fopen("/proc/meminfo", "r");

@@ -129,6 +129,7 @@ rt_status rti_frame_plan(rt_context *ctx, const char *what, rti_frame *frame, co
     double per_hit, cameras;
     frame->scene = scene;
     frame->lanes = rti_lanes_find(rti_context_isa(ctx));
+    frame->roomy = rti_context_roomy(ctx);
     frame->seed = rtk_hash2((uint32_t)frame->set.desc.seed, (uint32_t)(frame->set.desc.seed >> 32));
     per_hit = shadow_rays(frame);
     frame->lens = rtk_lens_make(&scene->world->camera, frame->set.desc.width, frame->set.desc.height);

@@ -50,6 +50,7 @@ typedef struct rti_frame {
     bool lens_varies;       /* rays start on a lens, or the camera moves */
     bool moving;            /* instances move: every ray has a time */
     uint32_t tile_columns, tile_count;
+    bool roomy;          /* rti_context_roomy */
     bool thrifty;        /* queues as short as may be, where memory is limited */
     uint32_t batch;      /* rays a worker traces at once, a multiple of RTK_BLOCK */
     uint32_t stack_rays; /* room for waiting rays: the bound proved in wavefront.h */

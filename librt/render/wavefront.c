@@ -76,6 +76,7 @@ void rti_worker_init(rti_worker *worker, const rti_frame *frame, void *memory)
     worker->frame = frame;
     place(worker, frame, memory);
     worker->scratch.bare = true; /* shading makes its own of the point */
+    worker->scratch.roomy = frame->roomy;
     worker->slot = RTK_INVALID;
     worker->shadows.light = RTK_INVALID;
     worker->lit_most = frame->scene->light_count > 1 ? frame->batch + RTK_BLOCK : LIT_FEW;

@@ -49,7 +49,7 @@ typedef struct desk {
 static void desk_open(desk *d, const rti_snapshot *s, size_t count)
 {
     unsigned char *room = rti_trace_room_take(s->ctx, count);
-    d->scratch = (rti_scratch){.room = room};
+    d->scratch = (rti_scratch){.room = room, .roomy = rti_context_roomy(s->ctx)};
     d->rays = room ? (rtk_trace_block *)(void *)(room - ROOM_AT) : d->few_rays;
     d->hits = room ? (rtk_hit_block *)(void *)(room - ROOM_AT + HITS_AT) : d->few_hits;
     d->most = room ? MANY : FEW;

@@ -102,6 +102,12 @@ void rt_tracer_occluded(const rt_tracer *tracer, const rt_ray *rays, uint8_t *oc
     rti_arrays_occluded(tracer->snapshot, tracer->how, rays, NULL, occluded, count, flags_of(hints));
 }
 
+static rti_scratch scratch_for(const rt_tracer *tracer, size_t count)
+{
+    rt_context *ctx = tracer->snapshot->ctx;
+    return (rti_scratch){.room = rti_trace_room_take(ctx, count), .roomy = rti_context_roomy(ctx)};
+}
+
 /* A tracer takes 2^32 - 1 rays at most; callers may have more. */
 #define PIECE 0x40000000u
 
@@ -111,7 +117,7 @@ void rt_tracer_intersect_blocks(const rt_tracer *tracer, const rt_ray_block *ray
     const rtk_trace_block *in = (const rtk_trace_block *)(const void *)rays;
     rtk_hit_block *out = (rtk_hit_block *)(void *)hits;
     rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = {.room = rti_trace_room_take(tracer->snapshot->ctx, count)};
+    rti_scratch scratch = scratch_for(tracer, count);
     hints = flags_of(hints);
     for (size_t at = 0; at < count; at += PIECE) {
         uint32_t n = count - at < PIECE ? (uint32_t)(count - at) : PIECE;
@@ -126,7 +132,7 @@ void rt_tracer_occluded_blocks(const rt_tracer *tracer, const rt_ray_block *rays
 {
     const rtk_trace_block *in = (const rtk_trace_block *)(const void *)rays;
     rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = {.room = rti_trace_room_take(tracer->snapshot->ctx, count)};
+    rti_scratch scratch = scratch_for(tracer, count);
     hints = flags_of(hints);
     for (size_t at = 0; at < count; at += PIECE) {
         uint32_t n = count - at < PIECE ? (uint32_t)(count - at) : PIECE;

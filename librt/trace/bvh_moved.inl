@@ -63,7 +63,7 @@ static void RTK_NAME(moved_streams)(const rtk_scene *scene, const rtk_trace_bloc
         RTK_NAME(stream_loads)(a, first, rtk_umin(count - first, PACKET), 0, RTK_MODE | STREAM_MOVED);
         RTK_NAME(stream_flush_by)(a, PACKET, RTK_NAME(stream_run_moved));
     }
-    RTK_NAME(stream_flush_by)(a, STREAM, RTK_NAME(stream_run_moved));
+    RTK_NAME(stream_flush_by)(a, a->length, RTK_NAME(stream_run_moved));
     if (scene->groups->plane_count != 0u)
         RTK_NAME(moved_planes)(scene, rays, hits, NULL, count, scratch);
 }

@@ -87,10 +87,10 @@ RTI_VEC void RTK_NAME(stream_flush_by)(streams *a, rtk_u32 room, RTK_NAME(stream
     rtk_u32 most = 0u;
     for (rtk_u32 i = 0u; i < 8u; i++) {
         most = rtk_umax(most, a->next[i]);
-        if (!a->turns && a->next[i] + room > STREAM)
+        if (!a->turns && a->next[i] + room > a->length)
             run(a, i, i);
     }
-    if (a->turns && most + room > STREAM)
+    if (a->turns && most + room > a->length)
         run(a, 0u, 7u);
 }
 static void RTK_NAME(stream_flush)(streams *a, rtk_u32 room)
@@ -316,7 +316,7 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
                 RTK_NAME(stream_flush)(a, PACKET);
         }
         if (on)
-            RTK_NAME(stream_flush)(a, STREAM);
+            RTK_NAME(stream_flush)(a, a->length);
     }
 }
 

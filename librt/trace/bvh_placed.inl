@@ -6,7 +6,11 @@ static void RTK_NAME(placed_group)(placed *a, rtk_u32 group, const rtk_trace_blo
 {
     const rtk_scene scene = placed_scene(a->scene, group);
     rti_scratch scratch = {
-        .room = a->scratch->room, .narrow = a->scratch->narrow, .turns = a->scratch->turns, .bare = true};
+        .room = a->scratch->room,
+        .narrow = a->scratch->narrow,
+        .roomy = a->scratch->roomy,
+        .turns = a->scratch->turns,
+        .bare = true};
     if (coherent)
         RTK_NAME(packets)(&scene, rays, hits, occluded, count, &scratch);
     else
