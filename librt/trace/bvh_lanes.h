@@ -77,10 +77,13 @@ RTI_VEC rtk_u32 bvh_open(const rtk_bvhnode *n, const bvh_ray *v, float reach, fl
  * more bytes than they have, for nodes are most of it. */
 #define BVH_LARGE      ((size_t)8 << 20)
 #define BVH_BALL_BYTES 64u
+RTI_VEC int bvh_larger(const rtk_tree *tree, size_t bytes)
+{
+    return tree->block_count > bytes / sizeof *tree->blocks || tree->ball_count > bytes / BVH_BALL_BYTES;
+}
 RTI_VEC int bvh_large(const rtk_tree *tree)
 {
-    return tree->block_count > BVH_LARGE / sizeof *tree->blocks ||
-           tree->ball_count > BVH_LARGE / BVH_BALL_BYTES;
+    return bvh_larger(tree, BVH_LARGE);
 }
 
 /* Asks for what a slot holds, a node, a leaf's first two blocks or its balls, or of a leaf without any whatever stands there: it

@@ -57,7 +57,7 @@ static void RTK_NAME(moved_streams)(const rtk_scene *scene, const rtk_trace_bloc
 {
     streams *a = scratch->room;
     streams_begin(a, scene, rays, hits, NULL, scratch);
-    streams_part(a, scene->groups->parts, &scene->groups->parts->RTK_TREE);
+    streams_part(a, scene->groups->parts, &scene->groups->parts->RTK_TREE, rays, count, 0);
     for (rtk_u32 first = 0u; first < count; first += PACKET) {
         packet_expect_rays(rays, first + PACKET, count);
         RTK_NAME(stream_loads)(a, first, rtk_umin(count - first, PACKET), 0, RTK_MODE | STREAM_MOVED);

@@ -51,6 +51,7 @@ RTI_VEC void RTK_NAME(stream_turns)(streams *a, rtk_u32 first, rtk_u32 last, rtk
     for (rtk_u32 i = first; i <= last; i++) {
         a->of[i].n = a->next[i];
         a->next[i] = 0u;
+        a->ran += a->of[i].n;
         stream_start(a, &a->of[i], RTK_MODE);
         if (a->of[i].n != 0u)
             which[live++] = i;
@@ -69,6 +70,10 @@ RTI_VEC void RTK_NAME(stream_turns)(streams *a, rtk_u32 first, rtk_u32 last, rtk
     for (rtk_u32 i = first; i <= last && !(RTK_MODE & RTK_MODE_ANY); i++)
         stream_end(a, &a->of[i], mode);
 }
+static void RTK_NAME(stream_run_mixed)(streams *a, rtk_u32 first, rtk_u32 last)
+{
+    RTK_NAME(stream_turns)(a, first, last, RTK_MODE | STREAM_MIXED);
+}
 static void RTK_NAME(stream_run)(streams *a, rtk_u32 first, rtk_u32 last)
 {
     RTK_NAME(stream_turns)(a, first, last, RTK_MODE);
@@ -76,7 +81,7 @@ static void RTK_NAME(stream_run)(streams *a, rtk_u32 first, rtk_u32 last)
 #if !(RTK_MODE & 1)
 static void RTK_NAME(stream_run_moved)(streams *a, rtk_u32 first, rtk_u32 last)
 {
-    RTK_NAME(stream_turns)(a, first, last, RTK_MODE | STREAM_MOVED);
+    RTK_NAME(stream_turns)(a, first, last, RTK_MODE | STREAM_MIXED | STREAM_MOVED);
 }
 #endif
 
@@ -95,7 +100,10 @@ RTI_VEC void RTK_NAME(stream_flush_by)(streams *a, rtk_u32 room, RTK_NAME(stream
 }
 static void RTK_NAME(stream_flush)(streams *a, rtk_u32 room)
 {
-    RTK_NAME(stream_flush_by)(a, room, RTK_NAME(stream_run));
+    if (a->mixed)
+        RTK_NAME(stream_flush_by)(a, room, RTK_NAME(stream_run_mixed));
+    else
+        RTK_NAME(stream_flush_by)(a, room, RTK_NAME(stream_run));
 }
 
 /* Of a packet's rays those that go on in streams (a; NULL: none may), the others by themselves. */
@@ -280,7 +288,7 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
         const rtk_part *part = &g->parts[k];
         streams *on = a && g->part_count != 0u && stream_fits(g, part) ? a : NULL;
         if (on)
-            streams_part(a, part, &part->RTK_TREE);
+            streams_part(a, part, &part->RTK_TREE, rays, count, coherent);
         while (k == 0u && gone + PENCIL_FEW <= count && l.lost < PENCIL_LOST) {
             const rtk_u32 n = rtk_umin(count - gone, PENCIL_RAYS);
             RTK_NAME(pencils)(&l, &p, g->part_count == 1u ? on : NULL, gone, count);
@@ -317,6 +325,8 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
         }
         if (on)
             RTK_NAME(stream_flush)(a, a->length);
+        if (on && !(RTK_MODE & RTK_MODE_ANY))
+            streams_over(a, count);
     }
 }
 

@@ -1,4 +1,4 @@
-/* Rays that have nothing in common but the octant they point into, through eight-wide nodes together, for hot files.
+/* Rays that have nothing in common, or the octant they point into, through eight-wide nodes together, for hot files.
  *
  * Up to STREAM rays go as a stream. A node is opened once for all of the stream's rays that enter it: the rays pass one after the
  * other, each against all eight boxes, or of long lists, with AVX-512, sixteen at a time, whose numbers are turned so that each
@@ -11,9 +11,10 @@
  * Akenine-Moeller 2014: what differs is that lists hold numbers, no copies.) Long lists that are asked for any hit do not meet
  * slots in which none of a stream's rays can be, with AVX2 where that leaves half of them (bvh_stream_region.h).
  *
- * Rays are loaded and dealt to the eight octants' streams as many at a time as vectors have lanes (stream_put), less those that
- * meet none of the root's slots, which where a scene is open are many. Where a scene has
- * several parts the streams go through one after the other; which of the others a ray may enter is told when it is loaded first.
+ * Rays are loaded and dealt to streams as many at a time as vectors have lanes (stream_put), less those that meet none of the
+ * root's slots, which where a scene is open are many. There is a stream for each of the eight octants, or rays that point anywhere
+ * go together (mode STREAM_MIXED): which is better is another matter (bvh_stream_mix.h). Where a scene has several parts the
+ * streams go through one after the other; which of the others a ray may enter is told when it is loaded first.
  *
  * Planes are met at plane * inv - org * inv. The product org * inv is rounded, by 2^-24 of |org| <= RTK_FAR scale, which is a
  * sixteenth of what RTK_GROW holds in reserve (ray.h, theory point 3), as long as it is a normal float, or 2^-150, by which it is
@@ -55,7 +56,9 @@
 #define STREAM_SPARED 8u                     /* as long as of so many times RTI_SIMD rays one misses a part */
 #define STREAM_STACK  (RTK_BVH_STACK + RTK_BVH_WIDTH)
 
-#define STREAM_MOVED  8u /* beside RTK_MODE_: rays may start far away, closest hits alone */
+/* Beside RTK_MODE_: rays may start far away, closest hits alone; rays point anywhere. */
+#define STREAM_MOVED 8u
+#define STREAM_MIXED 16u
 
 /* A ray against boxes; t1 is where its best hit is, when that is nearer than where it leaves the part. */
 typedef struct stream_ray {
@@ -110,7 +113,7 @@ typedef struct stream {
 } stream;
 
 typedef struct streams {
-    stream of[8];    /* an octant's each */
+    stream of[8];    /* an octant's each, or mixed */
     rtk_u32 next[8]; /* rays in them that are not on their way yet */
     uint16_t now[STREAM + 32u];
     uint8_t bits[STREAM + 16u];                  /* of a node's rays */
@@ -126,7 +129,9 @@ typedef struct streams {
     rtk_u32 told, spared;                   /* of how many; how often one is not entered */
     rtk_u32 looked, missed;                 /* rays that were asked for the root's slots, and those that meet none */
     rtk_u32 length, most;                   /* rays of a stream, and numbers in all its lists */
-    rtk_u32 turns;                          /* all octants' streams go by turns */
+    rtk_u32 turns;                          /* all streams go by turns */
+    rtk_u32 mixed, shift;                   /* rays that point anywhere go together: so many bits of a number do not tell where */
+    rtk_u32 ran, entered;                   /* rays of mixed streams, and slots that they have entered */
 } streams;
 
 _Static_assert(sizeof(streams) <= RTI_TRACE_STREAMS, "streams fit into a room");
@@ -144,14 +149,6 @@ RTI_VEC void streams_begin(streams *a, const rtk_scene *scene, const rtk_trace_b
     a->most = scratch->narrow ? a->length + a->length / 4u : STREAM_LIST; /* then dense ones go a level or two */
     memset(a->next, 0, sizeof a->next);
     a->told = a->spared = 0u;
-}
-
-RTI_VEC void streams_part(streams *a, const rtk_part *part, const rtk_tree *tree)
-{
-    a->part = part;
-    a->tree = *tree;
-    a->turns = a->scratch->turns || bvh_large(tree);
-    a->looked = a->missed = 0u;
 }
 
 /* May the rays of a group go this way? */
@@ -192,28 +189,6 @@ RTI_VEC int stream_balls_apart(const rtk_group *g, rtk_u32 mode, rtk_u32 count, 
 {
     return scratch->room && count >= STREAM_BALLS_LEAST && g->shape_count != 0u && g->part_count != 0u &&
            stream_fits(g, g->parts) && g->parts->RTK_TREE.ball_count >= STREAM_BALLS(mode);
-}
-
-/* Do few rays start all over a part? Then hardly two of them meet anything in common, and one by one they are faster (32 random
- * rays of sponza 2.3 times). Some tell: the box of where they start takes more than a third of the part's sides, on average. */
-#define STREAM_SCATTER 256u
-RTI_VEC int stream_scattered(const rtk_trace_block *rays, rtk_u32 count, const rtk_part *part)
-{
-    enum { LOOKS = 16 };
-    const float low[3] = {part->lo.x, part->lo.y, part->lo.z}, high[3] = {part->hi.x, part->hi.y, part->hi.z};
-    float sum = 0.0f;
-    for (rtk_u32 a = 0u; count <= STREAM_SCATTER && a < 3u; a++) {
-        float lo = RTK_INF, hi = -RTK_INF;
-        for (rtk_u32 k = 0u; k < LOOKS; k++) {
-            const rtk_u32 i = k * count / LOOKS;
-            const rtk_trace_block *b = &rays[i / RTK_BLOCK];
-            const float x = (a == 0u ? b->ox : (a == 1u ? b->oy : b->oz))[i % RTK_BLOCK];
-            lo = rtk_min(lo, x);
-            hi = rtk_max(hi, x);
-        }
-        sum += (hi - lo) / (high[a] - low[a]);
-    }
-    return sum > 1.0f;
 }
 
 /* Ray l ends at t from now on. */

@@ -45,7 +45,7 @@ RTI_VEC rtk_u32 stream_still_dense(streams *a, const stream *s, const uint16_t *
 RTI_VEC void stream_open_dense(streams *a, const stream *s, rtk_u32 mode, rtk_u32 octant, const rtk_bvhnode *n, rtk_u32 there,
                                const uint16_t *list, rtk_u32 size, float least[RTK_BVH_WIDTH])
 {
-    const stream_planes planes = stream_planes_of(n, octant);
+    const stream_planes planes = stream_planes_of(n, mode, octant);
     vec low[RTK_BVH_WIDTH];
     stream_lows_begin(mode, low);
     for (rtk_u32 k = 0u; k < size; k++) {
@@ -100,6 +100,8 @@ RTI_VEC rtk_u32 stream_step_dense(streams *a, stream *s, rtk_u32 mode, rtk_u32 o
         return left;
     }
     stream_slots(s, mode, n, all, least, slots);
+    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
+        a->entered += rays[i];
     for (rtk_u32 k = 0u; k < count; k++)
         used = stream_deal_dense(a, s, list, size, slots[k], rays[slots[k]], used);
     return 0u;

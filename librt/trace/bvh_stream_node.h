@@ -5,14 +5,26 @@
 #include "bvh_stream_leaf.h"
 #include "bvh_stream_region.h"
 
+/* The slots of a node that hold something; others are inside out. */
+RTI_VEC rtk_u32 stream_full(const rtk_bvhnode *n)
+{
+    rtk_u32 full = 0u;
+    for (rtk_u32 h = 0u; h < RTK_BVH_WIDTH; h += NODE_N)
+        full |= node_bits(NODE(le)(NODE(load)(n->box[0][0] + h), NODE(load)(n->box[0][1] + h))) << h;
+    return full;
+}
+
 #ifdef RTI_PACK
-/* The rows of a node's planes that an octant's rays meet first, and last, along each axis. */
+/* The rows of a node's planes that an octant's rays meet first, and last, along each axis; of mixed rays its low and its high
+ * ones. */
 typedef struct stream_planes {
     const float *near[3], *far[3];
 } stream_planes;
 
-RTI_VEC stream_planes stream_planes_of(const rtk_bvhnode *n, rtk_u32 octant)
+RTI_VEC stream_planes stream_planes_of(const rtk_bvhnode *n, rtk_u32 mode, rtk_u32 octant)
 {
+    if (mode & STREAM_MIXED)
+        return (stream_planes){{n->box[0][0], n->box[1][0], n->box[2][0]}, {n->box[0][1], n->box[1][1], n->box[2][1]}};
     const rtk_u32 x = octant & 1u, y = octant >> 1 & 1u, z = octant >> 2 & 1u;
     return (stream_planes){{n->box[0][x], n->box[1][y], n->box[2][z]}, {n->box[0][1u - x], n->box[1][1u - y], n->box[2][1u - z]}};
 }
@@ -30,12 +42,16 @@ RTI_VEC void stream_lows_end(rtk_u32 mode, const vec low[RTK_BVH_WIDTH], float l
 }
 
 /* Sixteen rays, fields of stream_ray, against slot i of a node: those that enter it, and where each does. */
-RTI_VEC rtk_u32 stream_open_slot(const stream_planes *planes, rtk_u32 i, const vec r[8], vec *t0)
+RTI_VEC rtk_u32 stream_open_slot(rtk_u32 mode, const stream_planes *planes, rtk_u32 i, const vec r[8], vec *t0)
 {
-#define PLANE(side, axis) V(msub)(V(set)(planes->side[axis][i]), r[axis], r[3 + (axis)])
-    *t0 = V(max)(V(max)(PLANE(near, 0), PLANE(near, 1)), V(max)(PLANE(near, 2), r[6]));
-    return VM(bits)(V(le)(*t0, V(min)(V(min)(PLANE(far, 0), PLANE(far, 1)), V(min)(PLANE(far, 2), r[7]))));
-#undef PLANE
+    vec in[3], out[3];
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const vec x = V(msub)(V(set)(planes->near[k][i]), r[k], r[3u + k]), y = V(msub)(V(set)(planes->far[k][i]), r[k], r[3u + k]);
+        in[k] = mode & STREAM_MIXED ? V(min)(x, y) : x;
+        out[k] = mode & STREAM_MIXED ? V(max)(x, y) : y;
+    }
+    *t0 = V(max)(V(max)(in[0], in[1]), V(max)(in[2], r[6]));
+    return VM(bits)(V(le)(*t0, V(min)(V(min)(out[0], out[1]), V(min)(out[2], r[7]))));
 }
 
 /* Against the slots `there`, of closest hits against all: those of `of` that enter slot i to to[i], and where the first of each
@@ -47,13 +63,13 @@ RTI_VEC void stream_open_sixteen(rtk_u32 mode, const stream_planes *planes, rtk_
     if (mode & RTK_MODE_ANY) {
         for (; there != 0u; there &= there - 1u) {
             const rtk_u32 i = (rtk_u32)__builtin_ctz(there);
-            to[i * STREAM_SLOTS] = (uint16_t)(stream_open_slot(planes, i, r, &t0) & of);
+            to[i * STREAM_SLOTS] = (uint16_t)(stream_open_slot(mode, planes, i, r, &t0) & of);
         }
         return;
     }
 #pragma GCC unroll 8
     for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++) {
-        const rtk_u32 bits = stream_open_slot(planes, i, r, &t0) & of;
+        const rtk_u32 bits = stream_open_slot(mode, planes, i, r, &t0) & of;
         to[i * STREAM_SLOTS] = (uint16_t)bits;
         low[i] = V(min)(low[i], V(select)(VM(of)(bits), t0, low[i]));
     }
@@ -82,14 +98,14 @@ RTI_VEC rtk_u32 stream_entered(const streams *a, const rtk_bvhnode *n, rtk_u32 t
         }
         all |= (rtk_u32)(rays[i] != 0u) << i;
     }
-    return all & node_bits(NODE(le)(NODE(load)(n->box[0][0]), NODE(load)(n->box[0][1]))); /* empty ones are inside out */
+    return all & stream_full(n);
 }
 
 /* stream_open for many rays. */
 RTI_VEC rtk_u32 stream_open_many(streams *a, const stream *s, rtk_u32 mode, rtk_u32 octant, const rtk_bvhnode *n,
                                  const uint16_t *ids, rtk_u32 size, float least[RTK_BVH_WIDTH])
 {
-    const stream_planes planes = stream_planes_of(n, octant);
+    const stream_planes planes = stream_planes_of(n, mode, octant);
     const rtk_u32 there = stream_open_there(s, mode, n);
     rtk_u32 rays[RTK_BVH_WIDTH];
     vec low[RTK_BVH_WIDTH];
@@ -129,7 +145,7 @@ RTI_VEC rtk_u32 stream_open(streams *a, const stream *s, rtk_u32 mode, rtk_u32 o
             if (some == 0u)
                 return 0u;
             rti_f8_store(least, rti_f8_set(STREAM_FRONT));
-            return stream_open_four(a, s, octant, n, some, ids, size);
+            return stream_open_four(a, s, n, some, ids, size);
         }
     }
 #endif
@@ -137,7 +153,7 @@ RTI_VEC rtk_u32 stream_open(streams *a, const stream *s, rtk_u32 mode, rtk_u32 o
     bvh_vec near[3][HALVES], far[3][HALVES], low[HALVES];
     rtk_u32 all = 0u;
     for (rtk_u32 k = 0u; k < 3u; k++) {
-        const rtk_u32 back = octant >> k & 1u;
+        const rtk_u32 back = mode & STREAM_MIXED ? 0u : octant >> k & 1u;
         for (rtk_u32 h = 0u; h < HALVES; h++) {
             near[k][h] = NODE(load)(n->box[k][back] + h * NODE_N);
             far[k][h] = NODE(load)(n->box[k][1u - back] + h * NODE_N);
@@ -149,12 +165,15 @@ RTI_VEC rtk_u32 stream_open(streams *a, const stream *s, rtk_u32 mode, rtk_u32 o
         const stream_ray *r = &s->ray[ids[i]];
         rtk_u32 bits = 0u;
         for (rtk_u32 h = 0u; h < HALVES; h++) {
-            const bvh_vec ix = NODE(set)(r->inv[0]), iy = NODE(set)(r->inv[1]), iz = NODE(set)(r->inv[2]);
-            const bvh_vec sx = NODE(set)(r->start[0]), sy = NODE(set)(r->start[1]), sz = NODE(set)(r->start[2]);
-            const bvh_vec t0 = NODE(max)(NODE(max)(NODE(msub)(near[0][h], ix, sx), NODE(msub)(near[1][h], iy, sy)),
-                                         NODE(max)(NODE(msub)(near[2][h], iz, sz), NODE(set)(r->t0)));
-            const bvh_vec t1 = NODE(min)(NODE(min)(NODE(msub)(far[0][h], ix, sx), NODE(msub)(far[1][h], iy, sy)),
-                                         NODE(min)(NODE(msub)(far[2][h], iz, sz), NODE(set)(r->t1)));
+            bvh_vec in[3], out[3];
+            for (rtk_u32 k = 0u; k < 3u; k++) {
+                const bvh_vec inv = NODE(set)(r->inv[k]), start = NODE(set)(r->start[k]);
+                const bvh_vec x = NODE(msub)(near[k][h], inv, start), y = NODE(msub)(far[k][h], inv, start);
+                in[k] = mode & STREAM_MIXED ? NODE(min)(x, y) : x;
+                out[k] = mode & STREAM_MIXED ? NODE(max)(x, y) : y;
+            }
+            const bvh_vec t0 = NODE(max)(NODE(max)(in[0], in[1]), NODE(max)(in[2], NODE(set)(r->t0)));
+            const bvh_vec t1 = NODE(min)(NODE(min)(out[0], out[1]), NODE(min)(out[2], NODE(set)(r->t1)));
             if (!(mode & RTK_MODE_ANY))
                 low[h] = NODE(min)(low[h], NODE(select)(NODE(le)(t0, t1), t0, low[h]));
             bits |= node_bits(NODE(le)(t0, t1)) << h * NODE_N;
@@ -164,7 +183,7 @@ RTI_VEC rtk_u32 stream_open(streams *a, const stream *s, rtk_u32 mode, rtk_u32 o
     }
     for (rtk_u32 h = 0u; h < HALVES; h++)
         NODE(store)(least + h * NODE_N, low[h]);
-    return all;
+    return mode & STREAM_MIXED ? all & stream_full(n) : all;
 }
 
 /* The numbers in the list of a slot: of `size` of ids those with its bit. Returns how many. */
@@ -225,11 +244,12 @@ RTI_VEC void stream_slots(stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32
 
 /* The slots `all` of a node onto the stack, with the lists of those of `size` rays that enter them, from `used` on. there: as
  * stream_open says. */
-RTI_VEC void stream_push(const streams *a, stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 all,
+RTI_VEC void stream_push(streams *a, stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 all,
                          const float least[RTK_BVH_WIDTH], rtk_u32 there, const uint16_t *ids, rtk_u32 size, rtk_u32 used)
 {
     rtk_u32 slots[RTK_BVH_WIDTH];
     const rtk_u32 count = (rtk_u32)__builtin_popcount(all);
+    a->entered -= used;
     stream_slots(s, mode, n, all, least, slots);
     for (rtk_u32 k = 0u; k < count; k++) {
         const rtk_u32 bit = (rtk_u32)__builtin_popcount(there & ((1u << slots[k]) - 1u));
@@ -237,6 +257,7 @@ RTI_VEC void stream_push(const streams *a, stream *s, rtk_u32 mode, const rtk_bv
         s->lists[s->top++] = used | some << 16;
         used += some;
     }
+    a->entered += used;
 }
 
 /* A ray that is alone in its list, from a node on: it goes into the nearest of its slots at once, the others wait. */
@@ -244,6 +265,8 @@ RTI_VEC void stream_one(streams *a, stream *s, rtk_u32 mode, rtk_u32 octant, rtk
 {
     const rtk_u32 l = s->list[list & 0xffffu];
     const stream_ray *r = &s->ray[l];
+    if (mode & STREAM_MIXED)
+        octant = rtk_bits(r->inv[0]) >> 31 | rtk_bits(r->inv[1]) >> 31 << 1 | rtk_bits(r->inv[2]) >> 31 << 2;
     for (;;) {
         const rtk_bvhnode *n = &a->tree.bvh[at];
         float t[RTK_BVH_WIDTH];

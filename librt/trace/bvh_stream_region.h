@@ -72,28 +72,30 @@ RTI_VEC rtk_u32 stream_slots_there(const stream *s, const rtk_bvhnode *n)
 #define STREAM_REGION 32u /* rays of a list from which on it is asked for */
 
 /* stream_open for the slots `there`, no more than four: which rays enter the first of them is bit 0, and so on. */
-RTI_VEC rtk_u32 stream_open_four(streams *a, const stream *s, rtk_u32 octant, const rtk_bvhnode *n, rtk_u32 there,
-                                 const uint16_t *ids, rtk_u32 size)
+RTI_VEC rtk_u32 stream_open_four(streams *a, const stream *s, const rtk_bvhnode *n, rtk_u32 there, const uint16_t *ids,
+                                 rtk_u32 size)
 {
-    rti_f8 near[3], far[3];
+    rti_f8 low[3], high[3];
     rtk_u32 lanes[8] = {0u}, count = 0u, all = 0u, entered = 0u;
     for (rtk_u32 left = there; left != 0u; left &= left - 1u) {
         lanes[count] = lanes[4u + count] = (rtk_u32)__builtin_ctz(left);
         count++;
     }
     for (rtk_u32 k = 0u; k < 3u; k++) {
-        const rtk_u32 back = octant >> k & 1u;
-        near[k] = rti_f8_take(n->box[k][back], lanes);
-        far[k] = rti_f8_take(n->box[k][1u - back], lanes);
+        low[k] = rti_f8_take(n->box[k][0], lanes);
+        high[k] = rti_f8_take(n->box[k][1], lanes);
     }
     for (rtk_u32 i = 0u; i < size; i += 2u) {
         const rtk_u32 at[2] = {8u * ids[i], 8u * ids[i + 1u < size ? i + 1u : i]}; /* the last may meet them twice */
-        rti_f8 r[8];
+        rti_f8 r[8], in[3], out[3];
         rti_f8_fields(s->ray[0].inv, at, r);
-        const rti_f8 t0 = rti_f8_max(rti_f8_max(rti_f8_msub(near[0], r[0], r[3]), rti_f8_msub(near[1], r[1], r[4])),
-                                     rti_f8_max(rti_f8_msub(near[2], r[2], r[5]), r[6]));
-        const rti_f8 t1 = rti_f8_min(rti_f8_min(rti_f8_msub(far[0], r[0], r[3]), rti_f8_msub(far[1], r[1], r[4])),
-                                     rti_f8_min(rti_f8_msub(far[2], r[2], r[5]), r[7]));
+        for (rtk_u32 k = 0u; k < 3u; k++) {
+            const rti_f8 x = rti_f8_msub(low[k], r[k], r[3u + k]), y = rti_f8_msub(high[k], r[k], r[3u + k]);
+            in[k] = rti_f8_min(x, y);
+            out[k] = rti_f8_max(x, y);
+        }
+        const rti_f8 t0 = rti_f8_max(rti_f8_max(in[0], in[1]), rti_f8_max(in[2], r[6]));
+        const rti_f8 t1 = rti_f8_min(rti_f8_min(out[0], out[1]), rti_f8_min(out[2], r[7]));
         const rtk_u32 bits = rti_m8_bits(rti_f8_le(t0, t1));
         a->bits[i] = (uint8_t)bits; /* bits above those of `there` are not read */
         a->bits[i + 1u] = (uint8_t)(bits >> 4);

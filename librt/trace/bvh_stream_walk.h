@@ -5,6 +5,7 @@
 #include "bvh_approach.h"
 #include "bvh_stream_dense.h"
 #include "bvh_stream_end.h"
+#include "bvh_stream_mix.h"
 
 /* ---- rays ---- */
 
@@ -34,16 +35,16 @@ RTI_VEC vec stream_vec(vec_bits a)
     return x;
 }
 
-/* `lanes` join the streams of their octants, which have room for them; the others' places are behind all rays. */
-RTI_VEC void stream_places_of(streams *a, vec_whole octant, rtk_u32 lanes, stream_places *p)
+/* `lanes` join the streams `which`, which have room for them; the others' places are behind all rays. */
+RTI_VEC void stream_places_of(streams *a, vec_whole which, rtk_u32 lanes, stream_places *p)
 {
 #ifdef RTI_PACK8
     const vmask some = VM(of)(lanes);
     const vec_bits behind = (vec_bits){0u} + STREAM;
-    vec_bits first = (vec_bits)octant * STREAM_WORDS, to;
+    vec_bits first = (vec_bits)which * STREAM_WORDS, to;
     vec_rows rows;
     vec x;
-    memcpy(&rows, &octant, sizeof rows);
+    memcpy(&rows, &which, sizeof rows);
     rows = VI(places)(rows, lanes, a->next);
     memcpy(&to, &rows, sizeof to);
     x = V(select)(some, stream_vec(to), stream_vec(behind));
@@ -57,7 +58,7 @@ RTI_VEC void stream_places_of(streams *a, vec_whole octant, rtk_u32 lanes, strea
     memcpy(p->one, &one, sizeof one);
 #else
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
-        const rtk_u32 live = lanes >> i & 1u, of = (rtk_u32)octant[i];
+        const rtk_u32 live = lanes >> i & 1u, of = (rtk_u32)which[i];
         const rtk_u32 first = live ? of * STREAM_WORDS : 0u, to = live ? a->next[of]++ : STREAM;
         p->eight[i] = first + to * 8u;
         p->four[i] = first + to * 4u;
@@ -130,7 +131,7 @@ RTI_VEC int stream_asks_root(const streams *a)
     return 4u * (a->missed + 32u) >= a->looked;
 }
 
-/* Lanes join the streams of their octants, each of which has room for them; their numbers begin with that of the first. Returns
+/* Lanes join streams, each of which has room for them; their numbers begin with that of the first. Returns
  * those that must go another way. */
 RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u32 lanes, rtk_u32 number)
 {
@@ -168,7 +169,10 @@ RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u
                           r->tmax};
     stream_places to;
     vec_bits numbers;
-    stream_places_of(a, __builtin_convertvector(r->key, vec_whole) >> 2 & 7, lanes, &to);
+    vec_whole which = __builtin_convertvector(r->key, vec_whole) >> 2 & 7;
+    if (a->mixed)
+        which = (vec_whole){0} + (int32_t)(number >> a->shift & 7u);
+    stream_places_of(a, which, lanes, &to);
     memcpy(&numbers, lane_ones, sizeof numbers);
     numbers += number;
     stream_eights(slabs, a->of[0].ray[0].inv, to.eight);

@@ -25,8 +25,8 @@ typedef struct RESULT {
     VEC t, u, v, off;
 } RESULT;
 
-/* The sheared corners, relative to the rays' origins, the edge functions, and of `lanes` those whose rays' lines may pass through the
- * triangle. */
+/* The sheared corners, relative to the rays' origins, the edge functions, and of `lanes` those whose rays' lines may pass through
+ * the triangle. */
 typedef struct EDGES {
     VEC ax, ay, az, bx, by, bz, cx, cy, cz, uu, vv, ww;
     uint32_t keep;

@@ -40,7 +40,14 @@ typedef struct kind {
     float shrink, length;        /* unless 0: origins, tmax and directions are so many times as large */
 } kind;
 
-enum way { ROOM, TURNS, NARROW, ROOMY, ALONE, WAYS }; /* with a room, by turns in it, with few lists, with long ones, without */
+enum way {
+    ROOM,
+    TURNS,
+    NARROW,
+    ROOMY,
+    ALONE,
+    WAYS
+}; /* in a room, by turns, with few lists, with long ones, by octants first, without a room */
 
 static void fill(const kind *of, uint64_t seed)
 {
@@ -83,8 +90,11 @@ static void fill(const kind *of, uint64_t seed)
 
 static void ask(const rtk_scene *s, const rti_tracer *tracer, uint32_t count, enum way way, bool crowded, answers *a)
 {
-    rti_scratch scratch = {
-        .room = way == ALONE ? NULL : test_room(), .turns = way == TURNS, .narrow = way == NARROW, .roomy = way == ROOMY};
+    rti_scratch scratch = {.room = way == ALONE ? NULL : test_room(),
+                           .turns = way == TURNS,
+                           .narrow = way == NARROW,
+                           .roomy = way == ROOMY,
+                           .octants = way == ROOMY};
     memset(a, 0x55, sizeof *a);
     tracer->intersect(s, rays, a->hits, count, 0, &scratch);
     if (crowded && scratch.stats.crowded == 0)
