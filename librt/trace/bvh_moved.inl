@@ -53,17 +53,18 @@ static void RTK_NAME(moved_ties)(moved *a, const rtk_scene *scene, const rtk_tra
 #if !(RTK_MODE & 1)
 /* Closest hits among triangles and spheres: in streams that know such sums. */
 static void RTK_NAME(moved_streams)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint32_t count,
-                                    rti_scratch *scratch)
+                                    rti_scratch *scratch, int coherent)
 {
     streams *a = scratch->room;
     streams_begin(a, scene, rays, hits, NULL, scratch);
-    streams_part(a, scene->groups->parts, &scene->groups->parts->RTK_TREE, rays, count, 0);
+    streams_part(a, scene->groups->parts, &scene->groups->parts->RTK_TREE, rays, count, coherent);
+    RTK_NAME(stream_runs) *const run = a->mixed ? RTK_NAME(stream_run_moved_mixed) : RTK_NAME(stream_run_moved);
     for (rtk_u32 first = 0u; first < count; first += PACKET) {
         packet_expect_rays(rays, first + PACKET, count);
         RTK_NAME(stream_loads)(a, first, rtk_umin(count - first, PACKET), 0, RTK_MODE | STREAM_MOVED);
-        RTK_NAME(stream_flush_by)(a, PACKET, RTK_NAME(stream_run_moved));
+        RTK_NAME(stream_flush_by)(a, PACKET, run);
     }
-    RTK_NAME(stream_flush_by)(a, a->length, RTK_NAME(stream_run_moved));
+    RTK_NAME(stream_flush_by)(a, a->length, run);
     if (scene->groups->plane_count != 0u)
         RTK_NAME(moved_planes)(scene, rays, hits, NULL, count, scratch);
 }
@@ -72,15 +73,16 @@ static void RTK_NAME(moved_streams)(const rtk_scene *scene, const rtk_trace_bloc
 /* Rays of one group, of which many start far away. Among triangles and spheres as streams, coherent or not: what is known of the
  * point that a pencil's lines pass through is rounded from where they start, and packets have a large box of origins in common. */
 static void RTK_NAME(moved)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
-                            uint32_t count, rti_scratch *scratch)
+                            uint32_t count, rti_scratch *scratch, int coherent)
 {
     moved *a = (moved *)(void *)((char *)scratch->room + RTI_TRACE_STREAMS);
     const int together = !stream_fits(scene->groups, scene->groups->parts); /* as packets */
     const int planes = (RTK_MODE & RTK_MODE_ANY) && scene->groups->plane_count != 0u; /* at once: whom they hide is done */
     rtk_scene bare = *scene;
+    (void)coherent;
 #if !(RTK_MODE & 1)
     if (!together) {
-        RTK_NAME(moved_streams)(scene, rays, hits, count, scratch);
+        RTK_NAME(moved_streams)(scene, rays, hits, count, scratch, coherent);
         return;
     }
 #endif

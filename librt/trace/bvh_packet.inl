@@ -81,7 +81,11 @@ static void RTK_NAME(stream_run)(streams *a, rtk_u32 first, rtk_u32 last)
 #if !(RTK_MODE & 1)
 static void RTK_NAME(stream_run_moved)(streams *a, rtk_u32 first, rtk_u32 last)
 {
-    RTK_NAME(stream_turns)(a, first, last, RTK_MODE | STREAM_MIXED | STREAM_MOVED);
+    RTK_NAME(stream_turns)(a, first, last, RTK_MODE | STREAM_MOVED);
+}
+static void RTK_NAME(stream_run_moved_mixed)(streams *a, rtk_u32 first, rtk_u32 last)
+{
+    RTK_NAME(stream_turns)(a, first, last, RTK_MODE | STREAM_MOVED | STREAM_MIXED);
 }
 #endif
 
@@ -382,7 +386,7 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
     }
     if (scene->instance_count == 0u) {
         if (moved_fits(scene, rays, count, scratch))
-            RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch);
+            RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch, 1);
         else
             RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, together);
         if (!scratch->bare)
@@ -415,7 +419,7 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
                       !stream_scattered(rays, count, g->parts);
     if (plain && (apart || g->part_count == 0u || (g->shape_count != 0u && scratch->bare))) {
         if (apart && moved_fits(scene, rays, count, scratch))
-            RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch);
+            RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch, 0);
         else
             RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, !apart); /* bounces off what is large go together */
         if (!scratch->bare)
