@@ -85,11 +85,17 @@ typedef struct worker {
     uint8_t *masks; /* room for the part's root */
 } worker;
 
+/* References on the stack from a place on; NULL: there are none at all, nor a stack. */
+static const uint32_t *stacked(const worker *w, size_t place)
+{
+    return w->stack ? w->stack + place : NULL;
+}
+
 static bool write_leaf(worker *w, const rti_item *it)
 {
     uint32_t first;
     w->top -= it->count;
-    if (!rti_out_refs(w->ctx, w->out, w->refs, w->stack + w->top, it->count, &first))
+    if (!rti_out_refs(w->ctx, w->out, w->refs, stacked(w, w->top), it->count, &first))
         return false;
     rtk_octnode *node = (rtk_octnode *)w->out->nodes + it->node;
     node->first = first;
@@ -128,7 +134,7 @@ static rt_status build_part(worker *w, const rti_item *root)
                 return RT_ERROR_CANCELLED;
         }
         child_cells(&it.cell, cells);
-        if (!choose(w->b, w->kernels, &it, w->refs, w->stack + w->top - it.count, w->masks, counts)) {
+        if (!choose(w->b, w->kernels, &it, w->refs, stacked(w, w->top - it.count), w->masks, counts)) {
             if (!write_leaf(w, &it))
                 return RT_ERROR_MEMORY;
             continue;

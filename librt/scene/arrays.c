@@ -5,19 +5,20 @@
 
 #include "../trace/turn.h"
 
-#define MANY    16384u
-#define NEAR    512u /* coherent rays, for which blocks had better stay in the nearest cache */
-#define FEW     256u /* 15 KiB of blocks */
-#define ROOMY   32u  /* rays for which a room is taken */
-#define HITS_AT (MANY / RTK_BLOCK * sizeof(rtk_trace_block))
-#define ROOM_AT (HITS_AT + MANY / RTK_BLOCK * sizeof(rtk_hit_block))
-#define ROOM    (ROOM_AT + RTI_TRACE_ROOM)
+#define MANY           16384u
+#define NEAR           512u /* coherent rays, for which blocks had better stay in the nearest cache */
+#define FEW            256u /* 15 KiB of blocks */
+#define ROOMY          16u  /* rays for which a room is taken, and coherent ones, or who may be */
+#define ROOMY_COHERENT 32u
+#define HITS_AT        (MANY / RTK_BLOCK * sizeof(rtk_trace_block))
+#define ROOM_AT        (HITS_AT + MANY / RTK_BLOCK * sizeof(rtk_hit_block))
+#define ROOM           (ROOM_AT + RTI_TRACE_ROOM)
 
 _Static_assert(HITS_AT % 64 == 0 && ROOM_AT % 64 == 0, "the parts of a room are aligned");
 
-void *rti_trace_room_take(rt_context *ctx, size_t count)
+void *rti_trace_room_take(rt_context *ctx, size_t count, uint32_t flags)
 {
-    unsigned char *room = count >= ROOMY ? rti_room_take(ctx, ROOM) : NULL;
+    unsigned char *room = count >= (flags & RTI_TRACE_COHERENT ? ROOMY_COHERENT : ROOMY) ? rti_room_take(ctx, ROOM) : NULL;
     return room ? room + ROOM_AT : NULL;
 }
 
@@ -46,9 +47,9 @@ typedef struct desk {
     rti_fpenv env;
 } desk;
 
-static void desk_open(desk *d, const rti_snapshot *s, size_t count)
+static void desk_open(desk *d, const rti_snapshot *s, size_t count, uint32_t flags)
 {
-    unsigned char *room = rti_trace_room_take(s->ctx, count);
+    unsigned char *room = rti_trace_room_take(s->ctx, count, flags);
     d->scratch = (rti_scratch){.room = room, .roomy = rti_context_roomy(s->ctx)};
     d->rays = room ? (rtk_trace_block *)(void *)(room - ROOM_AT) : d->few_rays;
     d->hits = room ? (rtk_hit_block *)(void *)(room - ROOM_AT + HITS_AT) : d->few_hits;
@@ -148,7 +149,7 @@ static APART void intersect_many(const rti_snapshot *snapshot, const rti_tracer 
                                  rt_hit *hits, size_t count, uint32_t flags)
 {
     desk d;
-    desk_open(&d, snapshot, count);
+    desk_open(&d, snapshot, count, flags);
     for (size_t at = 0; at < count;) {
         uint32_t as = flags, n = desk_take(&d, rays + at, times ? times + at : NULL, count - at, &as);
         desk_soon(&d, rays + at + n, hits + at + n, count - at - n, as);
@@ -191,7 +192,7 @@ static APART void occluded_many(const rti_snapshot *snapshot, const rti_tracer *
                                 uint8_t *occluded, size_t count, uint32_t flags)
 {
     desk d;
-    desk_open(&d, snapshot, count);
+    desk_open(&d, snapshot, count, flags);
     for (size_t at = 0; at < count;) {
         uint16_t *bits = (uint16_t *)(void *)d.hits;
         uint32_t as = flags, n = desk_take(&d, rays + at, times ? times + at : NULL, count - at, &as);

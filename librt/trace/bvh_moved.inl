@@ -57,7 +57,7 @@ static void RTK_NAME(moved_streams)(const rtk_scene *scene, const rtk_trace_bloc
 {
     streams *a = scratch->room;
     streams_begin(a, scene, rays, hits, NULL, scratch);
-    streams_part(a, scene->groups->parts, &scene->groups->parts->RTK_TREE, rays, count, coherent);
+    streams_part(a, RTK_MODE | STREAM_MOVED, scene->groups->parts, &scene->groups->parts->RTK_TREE, rays, count, coherent);
     RTK_NAME(stream_runs) *const run = a->mixed ? RTK_NAME(stream_run_moved_mixed) : RTK_NAME(stream_run_moved);
     for (rtk_u32 first = 0u; first < count; first += PACKET) {
         packet_expect_rays(rays, first + PACKET, count);

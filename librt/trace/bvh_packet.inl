@@ -292,8 +292,8 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
         const rtk_part *part = &g->parts[k];
         streams *on = a && g->part_count != 0u && stream_fits(g, part) ? a : NULL;
         if (on)
-            streams_part(a, part, &part->RTK_TREE, rays, count, coherent);
-        while (k == 0u && gone + PENCIL_FEW <= count && l.lost < PENCIL_LOST) {
+            streams_part(a, RTK_MODE, part, &part->RTK_TREE, rays, count, coherent);
+        while (k == 0u && gone + PENCIL_BATCH <= count && l.lost < PENCIL_LOST) {
             const rtk_u32 n = rtk_umin(count - gone, PENCIL_RAYS);
             RTK_NAME(pencils)(&l, &p, g->part_count == 1u ? on : NULL, gone, count);
             gone += n;

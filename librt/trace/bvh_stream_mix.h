@@ -22,9 +22,9 @@
 #define MIX_COUNT 128u /* rays of a batch: narrow vectors save little by long lists */
 #endif
 #define MIX_LARGE  ((size_t)64 << 20) /* bytes of a tree from which on mixed streams go by turns, */
-#define MIX_SPREAD ((size_t)24 << 20) /* and from which on closest hits go by octants where rays start all over it: */
+#define MIX_SPREAD ((size_t)16 << 20) /* and where rays start all over it; closest hits go by octants then: */
 #define MIX_FAR    2.0f               /* so far from each other (stream_look) */
-#define MIX_TURNS  11u                /* 1 << this rays that stand side by side go into one of the streams that go by turns */
+#define MIX_MOVED  1024u              /* rays: of more that start far away, and from each other, closest hits go by octants */
 #define MIX_SLOTS  14u                /* a ray enters of closest hits from which on, of many rays, octants are better, */
 #define MIX_AGAIN  15u                /* for so many batches */
 
@@ -67,25 +67,30 @@ RTI_VEC int stream_scattered(const rtk_trace_block *rays, rtk_u32 count, const r
 
 /* A part and its tree, for a batch's rays, and how they go: mixed, but for those that point one way, and closest hits where the
  * order in which boxes are looked at saves more. Mixed ones have longer lists, so they need no turns as soon. */
-RTI_VEC void streams_part(streams *a, const rtk_part *part, const rtk_tree *tree, const rtk_trace_block *rays, rtk_u32 count,
-                          int coherent)
+RTI_VEC void streams_part(streams *a, rtk_u32 mode, const rtk_part *part, const rtk_tree *tree, const rtk_trace_block *rays,
+                          rtk_u32 count, int coherent)
 {
+    size_t turns = BVH_LARGE;
     a->part = part;
     a->tree = *tree;
     a->looked = a->missed = 0u;
     a->mixed = !coherent && count <= MIX_COUNT;
     if (a->mixed) {
         const stream_look look = stream_look_at(rays, count, part);
-        a->mixed = !look.one_way && (!a->hits || look.far <= MIX_FAR || !bvh_larger(tree, MIX_SPREAD));
+        const int spread = look.far > MIX_FAR;
+        turns = spread ? MIX_SPREAD : MIX_LARGE;
+        a->mixed = !look.one_way;
+        if (!(mode & RTK_MODE_ANY) && spread && (bvh_larger(tree, MIX_SPREAD) || (mode & STREAM_MOVED && count > MIX_MOVED)))
+            a->mixed = 0u;
     }
-    if (a->mixed && a->hits && count > STREAM && a->scratch->octants != 0u) {
+    if (a->mixed && !(mode & RTK_MODE_ANY) && count > STREAM && a->scratch->octants != 0u) {
         a->scratch->octants--;
         a->mixed = 0u;
     }
-    a->turns = a->scratch->turns || bvh_larger(tree, a->mixed ? MIX_LARGE : BVH_LARGE);
+    a->turns = a->scratch->turns || bvh_larger(tree, a->mixed ? turns : BVH_LARGE);
     a->shift = 31u;
-    for (rtk_u32 n = 6u; a->turns && a->shift == 31u; n++)
-        a->shift = n == MIX_TURNS || 8u << n >= count ? n : 31u;
+    for (rtk_u32 n = 6u; a->turns && a->shift == 31u; n++) /* two such make a stream, or eight the batch */
+        a->shift = 2u << n >= a->length || 8u << n >= count ? n : 31u;
     a->ran = a->entered = 0u;
 }
 

@@ -85,6 +85,7 @@ RTI_VEC rtk_u32 stream_open_there(const stream *s, rtk_u32 mode, const rtk_bvhno
 RTI_VEC rtk_u32 stream_entered(const streams *a, const rtk_bvhnode *n, rtk_u32 there, rtk_u32 size, rtk_u32 rays[RTK_BVH_WIDTH])
 {
     rtk_u32 all = 0u;
+    there &= stream_full(n);
     for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++) {
         rays[i] = 0u;
         if (!(there >> i & 1u))
@@ -98,7 +99,7 @@ RTI_VEC rtk_u32 stream_entered(const streams *a, const rtk_bvhnode *n, rtk_u32 t
         }
         all |= (rtk_u32)(rays[i] != 0u) << i;
     }
-    return all & stream_full(n);
+    return all;
 }
 
 /* stream_open for many rays. */
