@@ -103,7 +103,7 @@ static void put(uint32_t i, const point *org, const double dir[3], double tmin, 
 static point pixel(const test_targets *t, const point *apex, uint32_t i)
 {
     const uint32_t block = i / RTK_BLOCK, k = i % RTK_BLOCK;
-    const double plane[2] = {block % 16u * 4u + k % 4u, block / 16u * 4u + k / 4u};
+    const uint32_t plane[2] = {block % 16u * 4u + k % 4u, block / 16u * 4u + k / 4u};
     point p;
     int depth = 0;
     for (int a = 0; a < 3; a++) {
