@@ -41,13 +41,13 @@ typedef struct kind {
 } kind;
 
 enum way {
-    ROOM,
-    TURNS,
-    NARROW,
-    ROOMY,
-    ALONE,
+    ROOM,   /* with a room */
+    TURNS,  /* by turns in it */
+    NARROW, /* with few lists */
+    ROOMY,  /* with long streams; many rays by octants first */
+    ALONE,  /* without a room */
     WAYS
-}; /* in a room, by turns, with few lists, with long ones, by octants first, without a room */
+};
 
 static void fill(const kind *of, uint64_t seed)
 {
