@@ -149,6 +149,7 @@ uint64_t rti_context_memory_limit(const rt_context *ctx); /* 0: none */
 double rti_now(void);        /* seconds, monotonic */
 double rti_thread_cpu(void); /* CPU seconds of the calling thread */
 uint64_t rti_core_cache(void); /* bytes of the cache that a core has to itself (level 2); 0: not known */
+bool rti_context_roomy(const rt_context *ctx); /* is that a MiB or more? as it was told when the context was made */
 void rti_sleep(double seconds);
 /* malloc; a block of 2 MiB and more lies in huge pages where the system has them. For free and realloc. */
 void *rti_alloc_large(size_t size);

@@ -94,7 +94,5 @@ rti_isa rti_isa_choose(const char *wanted, char *why, size_t size);
 
 /* What the context took. */
 rti_isa rti_context_isa(const rt_context *ctx);
-/* Has each core a cache of a MiB or more? Where the system does not tell, no. */
-bool rti_context_roomy(const rt_context *ctx);
 
 #endif

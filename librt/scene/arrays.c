@@ -8,8 +8,8 @@
 #define MANY           16384u
 #define NEAR           512u /* coherent rays, for which blocks had better stay in the nearest cache */
 #define FEW            256u /* 15 KiB of blocks */
-#define ROOMY          16u  /* rays for which a room is taken, and coherent ones, or who may be */
-#define ROOMY_COHERENT 32u
+#define ROOMY          16u  /* rays for which a room is taken */
+#define ROOMY_COHERENT 32u  /* and of coherent ones, or who may be */
 #define HITS_AT        (MANY / RTK_BLOCK * sizeof(rtk_trace_block))
 #define ROOM_AT        (HITS_AT + MANY / RTK_BLOCK * sizeof(rtk_hit_block))
 #define ROOM           (ROOM_AT + RTI_TRACE_ROOM)

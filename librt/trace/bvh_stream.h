@@ -59,6 +59,8 @@
 /* Beside RTK_MODE_: rays may start far away, closest hits alone; rays point anywhere. */
 #define STREAM_MOVED 8u
 #define STREAM_MIXED 16u
+/* Is it counted how many slots rays enter? (streams_over) */
+#define STREAM_TELLS(mode) (((mode) & (RTK_MODE_ANY | STREAM_MIXED)) == STREAM_MIXED)
 
 /* A ray against boxes; t1 is where its best hit is, when that is nearer than where it leaves the part. */
 typedef struct stream_ray {

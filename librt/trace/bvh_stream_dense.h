@@ -100,7 +100,7 @@ RTI_VEC rtk_u32 stream_step_dense(streams *a, stream *s, rtk_u32 mode, rtk_u32 o
         return left;
     }
     stream_slots(s, mode, n, all, least, slots);
-    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH; i++)
+    for (rtk_u32 i = 0u; STREAM_TELLS(mode) && i < RTK_BVH_WIDTH; i++)
         a->entered += rays[i];
     for (rtk_u32 k = 0u; k < count; k++)
         used = stream_deal_dense(a, s, list, size, slots[k], rays[slots[k]], used);

@@ -70,24 +70,25 @@ RTI_VEC int stream_scattered(const rtk_trace_block *rays, rtk_u32 count, const r
 RTI_VEC void streams_part(streams *a, rtk_u32 mode, const rtk_part *part, const rtk_tree *tree, const rtk_trace_block *rays,
                           rtk_u32 count, int coherent)
 {
-    size_t turns = BVH_LARGE;
+    size_t large = BVH_LARGE; /* from so many bytes on by turns */
     a->part = part;
     a->tree = *tree;
     a->looked = a->missed = 0u;
     a->mixed = !coherent && count <= MIX_COUNT;
     if (a->mixed) {
         const stream_look look = stream_look_at(rays, count, part);
-        const int spread = look.far > MIX_FAR;
-        turns = spread ? MIX_SPREAD : MIX_LARGE;
+        const int spread = look.far > MIX_FAR, ordered = !(mode & RTK_MODE_ANY);
         a->mixed = !look.one_way;
-        if (!(mode & RTK_MODE_ANY) && spread && (bvh_larger(tree, MIX_SPREAD) || (mode & STREAM_MOVED && count > MIX_MOVED)))
+        if (ordered && spread && (bvh_larger(tree, MIX_SPREAD) || (mode & STREAM_MOVED && count > MIX_MOVED)))
             a->mixed = 0u;
+        if (a->mixed && ordered && count > STREAM && a->scratch->octants != 0u) {
+            a->scratch->octants--;
+            a->mixed = 0u;
+        }
+        if (a->mixed)
+            large = spread ? MIX_SPREAD : MIX_LARGE;
     }
-    if (a->mixed && !(mode & RTK_MODE_ANY) && count > STREAM && a->scratch->octants != 0u) {
-        a->scratch->octants--;
-        a->mixed = 0u;
-    }
-    a->turns = a->scratch->turns || bvh_larger(tree, a->mixed ? turns : BVH_LARGE);
+    a->turns = a->scratch->turns || bvh_larger(tree, large);
     a->shift = 31u;
     for (rtk_u32 n = 6u; a->turns && a->shift == 31u; n++) /* two such make a stream, or eight the batch */
         a->shift = 2u << n >= a->length || 8u << n >= count ? n : 31u;

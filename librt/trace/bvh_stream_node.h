@@ -250,7 +250,7 @@ RTI_VEC void stream_push(streams *a, stream *s, rtk_u32 mode, const rtk_bvhnode 
 {
     rtk_u32 slots[RTK_BVH_WIDTH];
     const rtk_u32 count = (rtk_u32)__builtin_popcount(all);
-    a->entered -= used;
+    const rtk_u32 begin = used;
     stream_slots(s, mode, n, all, least, slots);
     for (rtk_u32 k = 0u; k < count; k++) {
         const rtk_u32 bit = (rtk_u32)__builtin_popcount(there & ((1u << slots[k]) - 1u));
@@ -258,7 +258,8 @@ RTI_VEC void stream_push(streams *a, stream *s, rtk_u32 mode, const rtk_bvhnode 
         s->lists[s->top++] = used | some << 16;
         used += some;
     }
-    a->entered += used;
+    if (STREAM_TELLS(mode))
+        a->entered += used - begin;
 }
 
 /* A ray that is alone in its list, from a node on: it goes into the nearest of its slots at once, the others wait. */

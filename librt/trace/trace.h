@@ -67,7 +67,7 @@ typedef struct rti_scratch {
     bool roomy;  /* streams may be long, as a core has a large cache (rti_context_roomy; bvh_stream.h) */
     bool turns;  /* streams go by turns through trees of any size, not of a large one alone (bvh_stream.h) */
     bool bare;   /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
-    uint32_t octants;  /* so many batches of closest hits that are not coherent do better by octants (bvh_stream.h) */
+    uint32_t octants;  /* so many batches of closest hits that are not coherent do better by octants (bvh_stream_mix.h) */
     uint32_t apart[2]; /* coherent rays, of closest and of any hits: so many behind the last do better as others (pencil.h) */
     rti_soon soon;
 } rti_scratch;
