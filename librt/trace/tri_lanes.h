@@ -21,6 +21,8 @@
 #define CERTAIN_OFF_LEAST 1e-37f
 #define CERTAIN_Q         1.6e4f /* bounds on |x| |y| / |det|, and on |det| */
 #define CERTAIN_DET       1e-30f
+/* Of a depth, where tmin is 0: what keeps z / kdz, which is compared in its place elsewhere, a normal float. */
+#define TRI_BEHIND 1e-19f
 
 #define RTI_N 4
 #include "tri_lanes.inl"

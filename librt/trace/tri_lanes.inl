@@ -71,9 +71,19 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
     VEC d = F(max)(F(abs)(db), F(abs)(dc)), q = mx * my * F(abs)(inv);
     VEC e = wb * F(abs)(db) + wc * F(abs)(dc);
     e = F(set)(10.0f) * e + (F(set)(7.0f) * e + F(set)(4.0f) * d) * q;
+    MASK told = F(le)(F(set)(RTK_TRI_LEAST), size);
+    const VEC ahead = F(select)(F(lt)(r->kdz, zero), -z, z);
+    if (keep & M(bits)(F(lt)(ahead, zero))) {
+        /* Behind the origin by twice what is asked for below: as the triangle beside which a ray starts. */
+        const VEC less = F(select)(F(eq)(r->tmin, zero), F(set)(TRI_BEHIND), F(set)(2.0f * RTK_TRI_PLANE) * r->scale);
+        const MASK behind = M(and)(F(lt)(ahead + (F(set)(2.4e-7f) * e + less), zero), told);
+        keep &= ~M(bits)(M(and)(behind, M(and)(F(le)(zero, r->tmin), F(eq)(r->tshift, zero))));
+        if (keep == 0u)
+            return 0u;
+    }
     MASK good = F(le)(e, F(min)(F(set)(32.0f) * r->scale, F(set)(64.0f) * F(abs)(z)));
     good = M(and)(good, F(le)((mx + my) * (F(set)(10.0f) * q + F(set)(12.0f)), F(set)(128.0f) * r->scale));
-    MASK edge = M(or)(M(or)(F(eq)(uu, zero), F(eq)(vv, zero)), F(eq)(ww, zero)), told = F(le)(F(set)(RTK_TRI_LEAST), size);
+    MASK edge = M(or)(M(or)(F(eq)(uu, zero), F(eq)(vv, zero)), F(eq)(ww, zero));
     uint32_t sure = keep & M(bits)(M(andnot)(M(and)(good, told), edge)), doubt = keep & ~sure;
     VEC th = r->tshift + z / r->kdz;
     out->certain = 0u;
