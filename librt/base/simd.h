@@ -9,6 +9,7 @@
  *   rti_fN_msub(a, b, c)  _madd(a, b, c)              a * b - c and a * b + c, rounded once or twice: for bounds, not for hits
  *   rti_fN_lt(a, b)  _le(a, b)  _eq(a, b)             masks; false where one is NaN
  *   rti_fN_select(m, a, b)                            m ? a : b
+ *   rti_fN_unless(m, a)                               m ? NaN : a
  *   rti_mN_and(a, b)  _or(a, b)  _andnot(a, b)        a and not b
  *   rti_mN_bits(m)  _of(bits)                         lane i is bit i
  *   rti_f4_take(p, lanes)                             p[lanes[i]] in lane i, numbers below 4

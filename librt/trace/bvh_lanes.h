@@ -10,6 +10,7 @@
 #define NODE(op) rti_f8_##op
 #define NODE_N   8
 typedef rti_f8 bvh_vec;
+typedef rti_m8 bvh_mask;
 typedef rti_tri_ray8 bvh_pairs_ray;
 typedef rti_tri_hit8 bvh_pairs_hit;
 #define node_bits  rti_m8_bits
@@ -18,6 +19,7 @@ typedef rti_tri_hit8 bvh_pairs_hit;
 #define NODE(op)   rti_f4_##op
 #define NODE_N     4
 typedef rti_f4 bvh_vec;
+typedef rti_m4 bvh_mask;
 typedef rti_tri_ray4 bvh_pairs_ray;
 typedef rti_tri_hit4 bvh_pairs_hit;
 #define node_bits  rti_m4_bits

@@ -133,6 +133,7 @@ typedef struct streams {
     rtk_u32 length, most;                   /* rays of a stream, and numbers in all its lists */
     rtk_u32 turns;                          /* all streams go by turns */
     rtk_u32 mixed, shift;                   /* rays that point anywhere go together: so many bits of a number do not tell where */
+    rtk_u32 middles;                        /* boxes may be met by their middles (stream_middles): no product overflows */
     rtk_u32 ran, entered;                   /* rays of mixed streams, and slots that they have entered */
 } streams;
 

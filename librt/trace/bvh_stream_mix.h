@@ -21,6 +21,7 @@
 #else
 #define MIX_COUNT 128u /* rays of a batch: narrow vectors save little by long lists */
 #endif
+#define MIX_SCALE  1.0e6f              /* of a part, times RTK_INV_MAX: far from the end of the floats' range */
 #define MIX_LARGE  ((size_t)64 << 20) /* bytes of a tree from which on mixed streams go by turns, */
 #define MIX_SPREAD ((size_t)16 << 20) /* and where rays start all over it; closest hits go by octants then: */
 #define MIX_FAR    2.0f               /* so far from each other (stream_look) */
@@ -74,7 +75,8 @@ RTI_VEC void streams_part(streams *a, rtk_u32 mode, const rtk_part *part, const 
     a->part = part;
     a->tree = *tree;
     a->looked = a->missed = 0u;
-    a->mixed = !coherent && count <= MIX_COUNT;
+    a->middles = part->scale <= MIX_SCALE;
+    a->mixed = !coherent && count <= MIX_COUNT && a->middles;
     if (a->mixed) {
         const stream_look look = stream_look_at(rays, count, part);
         const int spread = look.far > MIX_FAR, ordered = !(mode & RTK_MODE_ANY);

@@ -129,70 +129,90 @@ RTI_VEC rtk_u32 stream_open_many(streams *a, const stream *s, rtk_u32 mode, rtk_
 }
 #endif
 
-/* Which of a list's rays enter which slots: bits of each; least: where the first of them enters each. there: the slots that have
- * bits, in their order. Returns which of a node's slots are entered. */
-RTI_VEC rtk_u32 stream_open(streams *a, const stream *s, rtk_u32 mode, rtk_u32 octant, const rtk_bvhnode *n, const uint16_t *ids,
-                            rtk_u32 size, float least[RTK_BVH_WIDTH], rtk_u32 *there)
+/* A node's planes as an octant's rays meet them, or of mixed ones its boxes' middles and halves. */
+typedef struct stream_boxes {
+    bvh_vec near[3][RTK_BVH_WIDTH / NODE_N], far[3][RTK_BVH_WIDTH / NODE_N];
+} stream_boxes;
+
+RTI_VEC void stream_boxes_of(const rtk_bvhnode *n, rtk_u32 mode, rtk_u32 octant, float scale, stream_boxes *box)
 {
-    *there = 255u;
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const rtk_u32 back = octant >> k & 1u;
+        for (rtk_u32 h = 0u; h < RTK_BVH_WIDTH / NODE_N; h++) {
+            box->near[k][h] = NODE(load)(n->box[k][back] + h * NODE_N);
+            box->far[k][h] = NODE(load)(n->box[k][1u - back] + h * NODE_N);
+            if (mode & STREAM_MIXED)
+                stream_middles(n, k, h * NODE_N, scale, &box->near[k][h], &box->far[k][h]);
+        }
+    }
+}
+
+/* Which of a list's rays enter which slots; least: where the first of them enters each. turned: a->slots tells, of each slot's rays
+ * sixteen by sixteen, else a->bits, of each ray's slots. Returns which of a node's slots are entered. */
+RTI_VEC rtk_u32 stream_open(streams *a, const stream *s, rtk_u32 mode, rtk_u32 octant, const rtk_bvhnode *n, const uint16_t *ids,
+                            rtk_u32 size, float least[RTK_BVH_WIDTH], int *turned)
+{
+    *turned = 0;
 #ifdef RTI_PACK
-    if (size >= STREAM_TURNED)
+    if (size >= STREAM_TURNED) {
+        *turned = 1;
         return stream_open_many(a, s, mode, octant, n, ids, size, least);
+    }
 #elif defined RTI_PACK8
-    if ((mode & RTK_MODE_ANY) && size >= STREAM_REGION) {
+    if ((mode & RTK_MODE_ANY) && size >= STREAM_REGION && a->middles) {
         const rtk_u32 some = stream_slots_there(s, n);
-        if (__builtin_popcount(some) <= 4) {
-            *there = some;
-            if (some == 0u)
-                return 0u;
+        if (__builtin_popcount(some) <= STREAM_THERE) {
+            *turned = 1;
             rti_f8_store(least, rti_f8_set(STREAM_FRONT));
-            return stream_open_four(a, s, n, some, ids, size);
+            return stream_open_some(a, s, n, some, ids, size);
         }
     }
 #endif
     enum { HALVES = RTK_BVH_WIDTH / NODE_N };
-    bvh_vec near[3][HALVES], far[3][HALVES], low[HALVES];
+    stream_boxes box;
+    bvh_vec low[HALVES];
     rtk_u32 all = 0u;
-    for (rtk_u32 k = 0u; k < 3u; k++) {
-        const rtk_u32 back = mode & STREAM_MIXED ? 0u : octant >> k & 1u;
-        for (rtk_u32 h = 0u; h < HALVES; h++) {
-            near[k][h] = NODE(load)(n->box[k][back] + h * NODE_N);
-            far[k][h] = NODE(load)(n->box[k][1u - back] + h * NODE_N);
-        }
-    }
+    stream_boxes_of(n, mode, octant, a->part->scale, &box);
     for (rtk_u32 h = 0u; h < HALVES; h++)
         low[h] = NODE(set)(mode & RTK_MODE_ANY ? STREAM_FRONT : RTK_INF); /* any hit needs no order */
     for (rtk_u32 i = 0u; i < size; i++) {
         const stream_ray *r = &s->ray[ids[i]];
-        rtk_u32 bits = 0u;
+        rtk_u32 miss = 0u;
         for (rtk_u32 h = 0u; h < HALVES; h++) {
             bvh_vec in[3], out[3];
             for (rtk_u32 k = 0u; k < 3u; k++) {
                 const bvh_vec inv = NODE(set)(r->inv[k]), start = NODE(set)(r->start[k]);
-                const bvh_vec x = NODE(msub)(near[k][h], inv, start), y = NODE(msub)(far[k][h], inv, start);
-                in[k] = mode & STREAM_MIXED ? NODE(min)(x, y) : x;
-                out[k] = mode & STREAM_MIXED ? NODE(max)(x, y) : y;
+                in[k] = NODE(msub)(box.near[k][h], inv, start);
+                if (mode & STREAM_MIXED) {
+                    const bvh_vec middle = in[k], off = box.far[k][h] * NODE(abs)(inv);
+                    in[k] = middle - off;
+                    out[k] = middle + off;
+                } else {
+                    out[k] = NODE(msub)(box.far[k][h], inv, start);
+                }
             }
             const bvh_vec t0 = NODE(max)(NODE(max)(in[0], in[1]), NODE(max)(in[2], NODE(set)(r->t0)));
             const bvh_vec t1 = NODE(min)(NODE(min)(out[0], out[1]), NODE(min)(out[2], NODE(set)(r->t1)));
+            const bvh_mask past = NODE(lt)(t1, t0);
             if (!(mode & RTK_MODE_ANY))
-                low[h] = NODE(min)(low[h], NODE(select)(NODE(le)(t0, t1), t0, low[h]));
-            bits |= node_bits(NODE(le)(t0, t1)) << h * NODE_N;
+                low[h] = NODE(min)(NODE(unless)(past, t0), low[h]);
+            miss |= node_bits(past) << h * NODE_N;
         }
-        a->bits[i] = (uint8_t)bits;
-        all |= bits;
+        a->bits[i] = (uint8_t)~miss;
+        all |= ~miss;
     }
     for (rtk_u32 h = 0u; h < HALVES; h++)
         NODE(store)(least + h * NODE_N, low[h]);
-    return mode & STREAM_MIXED ? all & stream_full(n) : all;
+    return all & (mode & STREAM_MIXED ? stream_full(n) : 255u);
 }
 
-/* The numbers in the list of a slot: of `size` of ids those with its bit. Returns how many. */
-RTI_VEC rtk_u32 stream_deal(const streams *a, uint16_t *to, const uint16_t *ids, rtk_u32 size, rtk_u32 slot)
+/* The numbers in the list of a slot: of `size` of ids those with its bit. turned: as stream_open says. Returns how many. */
+RTI_VEC rtk_u32 stream_deal(const streams *a, uint16_t *to, const uint16_t *ids, rtk_u32 size, rtk_u32 slot, int turned)
 {
     rtk_u32 end = 0u;
+    (void)turned;
 #ifdef RTI_PACK
-    if (size < STREAM_TURNED)
+    if (!turned)
         return rti_u16_deal(to, ids, rti_b16_load(a->bits), slot, size);
     for (rtk_u32 from = 0u; from < size; from += 32u) {
         rtk_u32 b;
@@ -200,7 +220,9 @@ RTI_VEC rtk_u32 stream_deal(const streams *a, uint16_t *to, const uint16_t *ids,
         end += rti_u16_put32(to + end, ids + from, size - from < 32u ? b & ((1u << (size - from)) - 1u) : b);
     }
 #elif defined RTI_PACK8
-    for (rtk_u32 from = 0u; from < size; from += 16u)
+    for (rtk_u32 from = 0u; turned && from < size; from += 16u)
+        end += rti_u16_put(to + end, ids + from, a->slots[slot][from / 16u]);
+    for (rtk_u32 from = 0u; !turned && from < size; from += 16u)
         end += rti_u16_deal(to + end, ids + from, rti_b16_load(a->bits + from), slot, size - from);
 #else
     for (rtk_u32 from = 0u; from < size; from++) {
@@ -243,18 +265,17 @@ RTI_VEC void stream_slots(stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32
 #endif
 }
 
-/* The slots `all` of a node onto the stack, with the lists of those of `size` rays that enter them, from `used` on. there: as
+/* The slots `all` of a node onto the stack, with the lists of those of `size` rays that enter them, from `used` on. turned: as
  * stream_open says. */
 RTI_VEC void stream_push(streams *a, stream *s, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 all,
-                         const float least[RTK_BVH_WIDTH], rtk_u32 there, const uint16_t *ids, rtk_u32 size, rtk_u32 used)
+                         const float least[RTK_BVH_WIDTH], int turned, const uint16_t *ids, rtk_u32 size, rtk_u32 used)
 {
     rtk_u32 slots[RTK_BVH_WIDTH];
     const rtk_u32 count = (rtk_u32)__builtin_popcount(all);
     const rtk_u32 begin = used;
     stream_slots(s, mode, n, all, least, slots);
     for (rtk_u32 k = 0u; k < count; k++) {
-        const rtk_u32 bit = (rtk_u32)__builtin_popcount(there & ((1u << slots[k]) - 1u));
-        const rtk_u32 some = stream_deal(a, s->list + used, ids, size, bit);
+        const rtk_u32 some = stream_deal(a, s->list + used, ids, size, slots[k], turned);
         s->lists[s->top++] = used | some << 16;
         used += some;
     }

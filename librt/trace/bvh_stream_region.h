@@ -12,6 +12,17 @@
 
 #include "bvh_stream.h"
 
+/* Of a node's boxes, along an axis, slots from h on, the middles, and how far their planes are from those, and RTK_GROW / 4 more: 32
+ * roundings of a coordinate of size scale, where those of middle and half, of their products and of the sums come to 13 more than
+ * what is lost where rays meet planes as they stand. So where a ray enters and leaves a box is told without asking which of its
+ * planes it meets first, by sums, which many processors make beside products and comparisons. Boxes of nothing get no number. */
+RTI_VEC void stream_middles(const rtk_bvhnode *n, rtk_u32 k, rtk_u32 h, float scale, bvh_vec *middle, bvh_vec *half)
+{
+    const bvh_vec low = NODE(load)(n->box[k][0] + h), high = NODE(load)(n->box[k][1] + h);
+    *middle = NODE(set)(0.5f) * (low + high);
+    *half = NODE(set)(0.5f) * (high - low) + NODE(set)(0.25f * RTK_GROW * scale);
+}
+
 #ifdef RTI_PACK8
 /* The box around all of a stream's rays: its list has them all, or they lie in its blocks of sixteen. */
 RTI_VEC void stream_region(const streams *a, stream *s)
@@ -69,41 +80,50 @@ RTI_VEC rtk_u32 stream_slots_there(const stream *s, const rtk_bvhnode *n)
 #endif
 
 #if defined RTI_PACK8 && !defined RTI_PACK
-#define STREAM_REGION 32u /* rays of a list from which on it is asked for */
+#define STREAM_REGION 32u /* rays of a list from which on it is asked for, */
+#define STREAM_THERE  6   /* and slots up to which eight rays at a time meet one */
 
-/* stream_open for the slots `there`, no more than four: which rays enter the first of them is bit 0, and so on. */
-RTI_VEC rtk_u32 stream_open_four(streams *a, const stream *s, const rtk_bvhnode *n, rtk_u32 there, const uint16_t *ids,
+/* The slots `there`: which of a list's rays enter each, to a->slots. Returns
+ * which are entered. */
+RTI_VEC rtk_u32 stream_open_some(streams *a, const stream *s, const rtk_bvhnode *n, rtk_u32 there, const uint16_t *ids,
                                  rtk_u32 size)
 {
-    rti_f8 low[3], high[3];
-    rtk_u32 lanes[8] = {0u}, count = 0u, all = 0u, entered = 0u;
-    for (rtk_u32 left = there; left != 0u; left &= left - 1u) {
-        lanes[count] = lanes[4u + count] = (rtk_u32)__builtin_ctz(left);
-        count++;
-    }
+    float middle[3][RTK_BVH_WIDTH], half[3][RTK_BVH_WIDTH];
+    rtk_u32 slot[STREAM_THERE], count = 0u, entered = 0u;
     for (rtk_u32 k = 0u; k < 3u; k++) {
-        low[k] = rti_f8_take(n->box[k][0], lanes);
-        high[k] = rti_f8_take(n->box[k][1], lanes);
+        rti_f8 m, h;
+        stream_middles(n, k, 0u, a->part->scale, &m, &h);
+        rti_f8_store(middle[k], m);
+        rti_f8_store(half[k], h);
     }
-    for (rtk_u32 i = 0u; i < size; i += 2u) {
-        const rtk_u32 at[2] = {8u * ids[i], 8u * ids[i + 1u < size ? i + 1u : i]}; /* the last may meet them twice */
-        rti_f8 r[8], in[3], out[3];
-        rti_f8_fields(s->ray[0].inv, at, r);
-        for (rtk_u32 k = 0u; k < 3u; k++) {
-            const rti_f8 x = rti_f8_msub(low[k], r[k], r[3u + k]), y = rti_f8_msub(high[k], r[k], r[3u + k]);
-            in[k] = rti_f8_min(x, y);
-            out[k] = rti_f8_max(x, y);
+    for (rtk_u32 left = there; left != 0u; left &= left - 1u)
+        slot[count++] = (rtk_u32)__builtin_ctz(left);
+    for (rtk_u32 at = 0u; at < size; at += 8u) {
+        const uint16_t *some = ids + at;
+        rtk_u32 of = 255u;
+        uint16_t last[8];
+        rti_f8 r[8];
+        if (size - at < 8u) { /* and one of them again */
+            rti_u16_last(last, ids + at, size - at);
+            some = last;
+            of = (1u << (size - at)) - 1u;
         }
-        const rti_f8 t0 = rti_f8_max(rti_f8_max(in[0], in[1]), rti_f8_max(in[2], r[6]));
-        const rti_f8 t1 = rti_f8_min(rti_f8_min(out[0], out[1]), rti_f8_min(out[2], r[7]));
-        const rtk_u32 bits = rti_m8_bits(rti_f8_le(t0, t1));
-        a->bits[i] = (uint8_t)bits; /* bits above those of `there` are not read */
-        a->bits[i + 1u] = (uint8_t)(bits >> 4);
-        all |= bits;
+        rti_f8_records(s->ray[0].inv, some, r);
+        const rti_f8 by[3] = {rti_f8_abs(r[0]), rti_f8_abs(r[1]), rti_f8_abs(r[2])};
+#pragma GCC unroll 1
+        for (rtk_u32 c = 0u; c < count; c++) {
+            const rtk_u32 i = slot[c];
+            rti_f8 in = r[6], out = r[7]; /* one axis after the other: registers are few */
+            for (rtk_u32 k = 0u; k < 3u; k++) {
+                const rti_f8 m = rti_f8_msub(rti_f8_set(middle[k][i]), r[k], r[3u + k]), off = rti_f8_set(half[k][i]) * by[k];
+                in = rti_f8_max(in, m - off);
+                out = rti_f8_min(out, m + off);
+            }
+            const rtk_u32 bits = of & rti_m8_bits(rti_f8_le(in, out));
+            ((uint8_t *)a->slots[i])[at / 8u] = (uint8_t)bits;
+            entered |= bits != 0u ? 1u << i : 0u;
+        }
     }
-    all |= all >> 4;
-    for (rtk_u32 k = 0u; k < count; k++)
-        entered |= (all >> k & 1u) << lanes[k];
     return entered;
 }
 #endif

@@ -368,14 +368,14 @@ RTI_VEC rtk_u32 stream_step(streams *a, rtk_u32 octant, rtk_u32 mode)
     }
     const rtk_bvhnode *n = &a->tree.bvh[at];
     float least[RTK_BVH_WIDTH];
-    rtk_u32 there;
-    const rtk_u32 all = stream_open(a, s, mode, octant, n, ids, size, least, &there);
+    int turned;
+    const rtk_u32 all = stream_open(a, s, mode, octant, n, ids, size, least, &turned);
     if (begin + (1u + (rtk_u32)__builtin_popcount(all)) * size > a->most) {
         memcpy(a->now, ids, size * sizeof *ids);
         return size;
     }
     if (all != 0u)
-        stream_push(a, s, mode, n, all, least, there, ids, size, begin + size); /* its list is read yet */
+        stream_push(a, s, mode, n, all, least, turned, ids, size, begin + size); /* its list is read yet */
     stream_next(a, s);
     return 0u;
 }

@@ -252,9 +252,12 @@ RTI_VEC void rti_i8_store(uint32_t *p, rti_i8 a)
 {
     _mm256_storeu_si256((__m256i *)(void *)p, a);
 }
+/* A row as the bytes of its lane among four: vectors of AVX2 whose halves go one after the other (Zen 1) choose bytes four times as
+ * fast as floats. */
 RTI_VEC rti_i8 rti_i8_rows(const float *p, uint32_t stride, const uint16_t at[8])
 {
-    return _mm256_cvttps_epi32(rti_f8_column(p, stride, at));
+    const __m256i rows = _mm256_cvttps_epi32(rti_f8_column(p, stride, at));
+    return _mm256_add_epi32(_mm256_mullo_epi32(rows, _mm256_set1_epi32(0x04040404)), _mm256_set1_epi32(0x03020100));
 }
 /* As at AVX-512. */
 RTI_VEC rti_i8 rti_i8_places(rti_i8 key, uint32_t of, uint32_t next[8])
@@ -276,12 +279,12 @@ RTI_VEC rti_i8 rti_i8_places(rti_i8 key, uint32_t of, uint32_t next[8])
 }
 RTI_VEC rti_i8 rti_i8_next(rti_i8 a)
 {
-    const __m256i next = _mm256_add_epi32(a, _mm256_set1_epi32(1));
-    return _mm256_and_si256(next, _mm256_cmpgt_epi32(_mm256_set1_epi32(3), next));
+    const __m256i next = _mm256_add_epi32(a, _mm256_set1_epi32(0x04040404)), first = _mm256_set1_epi32(0x03020100);
+    return _mm256_blendv_epi8(first, next, _mm256_cmpgt_epi32(_mm256_set1_epi32(0x0c0c0c0c), next));
 }
 RTI_VEC rti_f8 rti_f8_corner(const float p[4], rti_i8 rows)
 {
-    return _mm256_permutevar_ps(rti_f8_row(p), rows);
+    return _mm256_castsi256_ps(_mm256_shuffle_epi8(_mm256_castps_si256(rti_f8_row(p)), rows));
 }
 RTI_VEC void rti_rows4(const float *const from[16], float (*to)[16])
 {

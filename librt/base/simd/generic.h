@@ -21,6 +21,10 @@ RTI_VEC rti_f4 rti_f4_select(rti_m4 m, rti_f4 a, rti_f4 b)
 {
     return (rti_f4)(((rti_m4)a & m) | ((rti_m4)b & ~m));
 }
+RTI_VEC rti_f4 rti_f4_unless(rti_m4 m, rti_f4 a)
+{
+    return (rti_f4)((rti_m4)a | m);
+}
 RTI_VEC rti_f4 rti_f4_sqrt(rti_f4 a)
 {
     return (rti_f4){__builtin_sqrtf(a[0]), __builtin_sqrtf(a[1]), __builtin_sqrtf(a[2]), __builtin_sqrtf(a[3])};

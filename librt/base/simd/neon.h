@@ -49,6 +49,10 @@ RTI_VEC rti_f4 rti_f4_select(rti_m4 m, rti_f4 a, rti_f4 b)
 {
     return vbslq_f32(m, a, b);
 }
+RTI_VEC rti_f4 rti_f4_unless(rti_m4 m, rti_f4 a)
+{
+    return vreinterpretq_f32_u32(vorrq_u32(m, vreinterpretq_u32_f32(a)));
+}
 RTI_VEC rti_m4 rti_m4_and(rti_m4 a, rti_m4 b)
 {
     return vandq_u32(a, b);

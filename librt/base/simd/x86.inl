@@ -67,6 +67,10 @@ RTI_VEC MASK M(of)(uint32_t bits)
 {
     return (MASK)(bits & ((1u << RTI_N) - 1u));
 }
+RTI_VEC VEC F(unless)(MASK m, VEC a)
+{
+    return SELECT(m, MM(set1_ps)(__builtin_nanf("")), a);
+}
 #else
 typedef VECTOR MASK;
 
@@ -92,6 +96,10 @@ RTI_VEC MASK M(of)(uint32_t bits)
     int32_t bit __attribute__((vector_size(4 * RTI_N)));
     memcpy(&bit, of_lane, sizeof bit);
     return (MASK)((bit & (int32_t)bits) == bit);
+}
+RTI_VEC VEC F(unless)(MASK m, VEC a)
+{
+    return MM(or_ps)(m, a);
 }
 #endif
 
