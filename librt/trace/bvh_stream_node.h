@@ -220,8 +220,10 @@ RTI_VEC rtk_u32 stream_deal(const streams *a, uint16_t *to, const uint16_t *ids,
         end += rti_u16_put32(to + end, ids + from, size - from < 32u ? b & ((1u << (size - from)) - 1u) : b);
     }
 #elif defined RTI_PACK8
-    for (rtk_u32 from = 0u; turned && from < size; from += 16u)
-        end += rti_u16_put(to + end, ids + from, a->slots[slot][from / 16u]);
+    for (rtk_u32 from = 0u; turned && from < size; from += 16u) {
+        const rtk_u32 b = a->slots[slot][from / 16u]; /* behind the last eight rays stands anything */
+        end += rti_u16_put(to + end, ids + from, size - from < 16u ? b & ((1u << (size - from)) - 1u) : b);
+    }
     for (rtk_u32 from = 0u; !turned && from < size; from += 16u)
         end += rti_u16_deal(to + end, ids + from, rti_b16_load(a->bits + from), slot, size - from);
 #else
