@@ -37,8 +37,9 @@ void *rti_shrink(rt_context *ctx, void *ptr, size_t old_size, size_t new_size);
 void rti_free(rt_context *ctx, void *ptr, size_t size); /* NULL is fine */
 
 /* A block of `size` bytes, the same in all calls, that a thread works in while it is in a query, and gives back before it returns
- * (room.c). The context keeps it for the next. NULL: no memory is left beside what is kept; the query then does without. Any thread. */
-void *rti_room_take(rt_context *ctx, size_t size);
+ * (room.c). The context keeps it for the next; used: it holds what the one before left there. NULL: no memory is left beside what is
+ * kept; the query then does without. Any thread. */
+void *rti_room_take(rt_context *ctx, size_t size, bool *used);
 void rti_room_give(rt_context *ctx, void *room, size_t size); /* NULL is fine */
 /* Blocks that renders need again and again: the working memory of workers (as many are kept as the context has workers) and
  * pixels (those of one picture), of RTI_KEPT_LEAST to RTI_KEPT_MOST bytes. take: any content; NULL as rti_alloc; used: its

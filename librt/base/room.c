@@ -2,13 +2,15 @@
  * of renders, whose pages the system would clear each time: with many workers that takes longer than the rays. */
 #include "context.h"
 
-void *rti_room_take(rt_context *ctx, size_t size)
+void *rti_room_take(rt_context *ctx, size_t size, bool *used)
 {
+    *used = true;
     for (uint32_t i = 0; i < RTI_ROOMS; i++) {
         void *room = atomic_load_explicit(&ctx->rooms[i], memory_order_relaxed) ? atomic_exchange(&ctx->rooms[i], NULL) : NULL;
         if (room)
             return room;
     }
+    *used = false;
     return rti_alloc_spare(ctx, size);
 }
 

@@ -12,20 +12,40 @@
 #define ROOMY_COHERENT 32u  /* and of coherent ones, or who may be */
 #define HITS_AT        (MANY / RTK_BLOCK * sizeof(rtk_trace_block))
 #define ROOM_AT        (HITS_AT + MANY / RTK_BLOCK * sizeof(rtk_hit_block))
-#define ROOM           (ROOM_AT + RTI_TRACE_ROOM)
+#define MEMORY_AT      (ROOM_AT + RTI_TRACE_ROOM)
+#define ROOM           (MEMORY_AT + sizeof(memory))
 
-_Static_assert(HITS_AT % 64 == 0 && ROOM_AT % 64 == 0, "the parts of a room are aligned");
+/* What a room's last call has learned of its scene. Another one that stands where that stood may take it for its own: it costs
+ * that one time. */
+typedef struct memory {
+    const rti_snapshot *scene;
+    rti_learned learned;
+} memory;
 
-void *rti_trace_room_take(rt_context *ctx, size_t count, uint32_t flags)
+_Static_assert(HITS_AT % 64 == 0 && ROOM_AT % 64 == 0 && MEMORY_AT % 64 == 0, "the parts of a room are aligned");
+
+rti_scratch rti_trace_room_take(const rti_snapshot *scene, size_t count, uint32_t flags)
 {
-    unsigned char *room = count >= (flags & RTI_TRACE_COHERENT ? ROOMY_COHERENT : ROOMY) ? rti_room_take(ctx, ROOM) : NULL;
-    return room ? room + ROOM_AT : NULL;
+    const bool many = count >= (flags & RTI_TRACE_COHERENT ? ROOMY_COHERENT : ROOMY);
+    rti_scratch scratch = {.roomy = rti_context_roomy(scene->ctx)};
+    bool used = false;
+    unsigned char *room = many ? rti_room_take(scene->ctx, ROOM, &used) : NULL;
+    if (room) {
+        const memory *m = (const memory *)(const void *)(room + MEMORY_AT);
+        scratch.room = room + ROOM_AT;
+        if (used && m->scene == scene)
+            scratch.learned = m->learned;
+    }
+    return scratch;
 }
 
-void rti_trace_room_give(rt_context *ctx, void *room)
+void rti_trace_room_give(const rti_snapshot *scene, const rti_scratch *scratch)
 {
-    if (room)
-        rti_room_give(ctx, (unsigned char *)room - ROOM_AT, ROOM);
+    if (!scratch->room)
+        return;
+    unsigned char *room = (unsigned char *)scratch->room - ROOM_AT;
+    *(memory *)(void *)(room + MEMORY_AT) = (memory){scene, scratch->learned};
+    rti_room_give(scene->ctx, room, ROOM);
 }
 
 /* Not for who asks a few rays: a desk is set up at the beginning of a function that may need one. */
@@ -49,8 +69,8 @@ typedef struct desk {
 
 static void desk_open(desk *d, const rti_snapshot *s, size_t count, uint32_t flags)
 {
-    unsigned char *room = rti_trace_room_take(s->ctx, count, flags);
-    d->scratch = (rti_scratch){.room = room, .roomy = rti_context_roomy(s->ctx)};
+    d->scratch = rti_trace_room_take(s, count, flags);
+    unsigned char *room = d->scratch.room;
     d->rays = room ? (rtk_trace_block *)(void *)(room - ROOM_AT) : d->few_rays;
     d->hits = room ? (rtk_hit_block *)(void *)(room - ROOM_AT + HITS_AT) : d->few_hits;
     d->most = room ? MANY : FEW;
@@ -61,7 +81,7 @@ static void desk_open(desk *d, const rti_snapshot *s, size_t count, uint32_t fla
 static void desk_close(desk *d, const rti_snapshot *s)
 {
     rti_fp_leave(d->env);
-    rti_trace_room_give(s->ctx, d->scratch.room);
+    rti_trace_room_give(s, &d->scratch);
 }
 
 #define SAME(a, b) (offsetof(rt_ray, a) == offsetof(rti_ray, b))
@@ -109,7 +129,7 @@ uint32_t rti_arrays_guess(const rtk_trace_block *b, uint32_t count)
 static uint32_t desk_take(desk *d, const rt_ray *rays, const float *times, size_t left, uint32_t *flags)
 {
     const uint32_t most = left < d->most ? (uint32_t)left : d->most;
-    const uint32_t near = most < NEAR || (d->scratch.apart[0] | d->scratch.apart[1]) != 0 ? most : NEAR;
+    const uint32_t near = most < NEAR || (d->scratch.learned.apart[0] | d->scratch.learned.apart[1]) != 0 ? most : NEAR;
     d->turn->rays(ray_at(rays), near, d->rays);
     d->scratch.times = times;
     if (*flags == RTI_ARRAYS_GUESS)

@@ -19,8 +19,9 @@ void rti_arrays_occluded(const rti_snapshot *snapshot, const struct rti_tracer *
  * blocks), else 0. A wrong guess costs time, never a hit. */
 uint32_t rti_arrays_guess(const rtk_trace_block *blocks, uint32_t count);
 
-/* For rays that stand in blocks: working memory for a tracer; NULL when there is none, or a few rays need none. flags: as above. */
-void *rti_trace_room_take(rt_context *ctx, size_t count, uint32_t flags);
-void rti_trace_room_give(rt_context *ctx, void *room);
+/* For rays that stand in blocks: what a tracer works with, and what calls before have learned of the scene; without a room when
+ * there is none, or a few rays need none. flags: as above. */
+rti_scratch rti_trace_room_take(const rti_snapshot *scene, size_t count, uint32_t flags);
+void rti_trace_room_give(const rti_snapshot *scene, const rti_scratch *scratch);
 
 #endif

@@ -102,12 +102,6 @@ void rt_tracer_occluded(const rt_tracer *tracer, const rt_ray *rays, uint8_t *oc
     rti_arrays_occluded(tracer->snapshot, tracer->how, rays, NULL, occluded, count, flags_of(hints));
 }
 
-static rti_scratch scratch_for(const rt_tracer *tracer, size_t count, uint32_t flags)
-{
-    rt_context *ctx = tracer->snapshot->ctx;
-    return (rti_scratch){.room = rti_trace_room_take(ctx, count, flags), .roomy = rti_context_roomy(ctx)};
-}
-
 /* A tracer takes 2^32 - 1 rays at most; callers may have more. */
 #define PIECE 0x40000000u
 
@@ -118,13 +112,13 @@ void rt_tracer_intersect_blocks(const rt_tracer *tracer, const rt_ray_block *ray
     rtk_hit_block *out = (rtk_hit_block *)(void *)hits;
     const uint32_t flags = flags_of(hints);
     rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = scratch_for(tracer, count, flags);
+    rti_scratch scratch = rti_trace_room_take(tracer->snapshot, count, flags);
     for (size_t at = 0; at < count; at += PIECE) {
         uint32_t n = count - at < PIECE ? (uint32_t)(count - at) : PIECE;
         tracer->how->intersect(&tracer->snapshot->view, in + at / RTK_BLOCK, out + at / RTK_BLOCK, n, flags, &scratch);
     }
     rti_fp_leave(env);
-    rti_trace_room_give(tracer->snapshot->ctx, scratch.room);
+    rti_trace_room_give(tracer->snapshot, &scratch);
 }
 
 void rt_tracer_occluded_blocks(const rt_tracer *tracer, const rt_ray_block *rays, uint16_t *occluded, size_t count,
@@ -133,13 +127,13 @@ void rt_tracer_occluded_blocks(const rt_tracer *tracer, const rt_ray_block *rays
     const rtk_trace_block *in = (const rtk_trace_block *)(const void *)rays;
     const uint32_t flags = flags_of(hints);
     rti_fpenv env = rti_fp_enter();
-    rti_scratch scratch = scratch_for(tracer, count, flags);
+    rti_scratch scratch = rti_trace_room_take(tracer->snapshot, count, flags);
     for (size_t at = 0; at < count; at += PIECE) {
         uint32_t n = count - at < PIECE ? (uint32_t)(count - at) : PIECE;
         tracer->how->occluded(&tracer->snapshot->view, in + at / RTK_BLOCK, occluded + at / RTK_BLOCK, n, flags, &scratch);
     }
     rti_fp_leave(env);
-    rti_trace_room_give(tracer->snapshot->ctx, scratch.room);
+    rti_trace_room_give(tracer->snapshot, &scratch);
 }
 
 uint64_t rt_scene_get_triangles(const rt_scene *scene, uint64_t first, rt_triangle *triangles, size_t capacity)

@@ -215,14 +215,16 @@ static int RTK_NAME(pencil_parts)(pencil *l, rtk_u32 count, uint16_t late[RTK_PA
         for (rtk_u32 to = k; to < (apart ? parts : k + 1u); to++)
             for (rtk_u32 i = 0u; i < l->end; i++)
                 late[to][l->block[i]] |= l->live[i];
-        if (apart)
+        if (apart) {
+            l->apart = 1u;
             break;
+        }
     }
     return through;
 }
 
-/* Up to PENCIL_RAYS rays, from `first` on: those that pass through one point go as a pencil, what is left as packets. a: streams,
- * where there is one part. */
+/* Up to PENCIL_RAYS rays, from `first` on: those that pass through one point go as a pencil, what is left as packets, or, when the
+ * pencil came apart, as rays without order. a: streams, where there is one part. */
 static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, rtk_u32 count)
 {
     const rtk_group *group = l->scene->groups;
@@ -240,6 +242,7 @@ static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, r
         RTK_NAME(planes)(l, p, first, n);
     l->count = n;
     l->again = group->plane_count != 0u;
+    l->apart = 0u;
     pencil_load(l, RTK_MODE, want, rest);
     memset(late, 0, group->part_count * sizeof *late);
     for (;;) {
@@ -266,7 +269,7 @@ static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, r
                 continue;
             left &= packet_load(p, l->scene, l->batch, first + at, m, l->scratch);
             packet_again(p, RTK_MODE, m, l->all_hits, l->all_occluded);
-            RTK_NAME(packet_part)(p, a, &group->parts[k], left & ~p->done, 1);
+            RTK_NAME(packet_part)(p, a, &group->parts[k], left & ~p->done, l->apart == 0u);
             RTK_NAME(packet_out)(p, m, l->all_hits, l->all_occluded, 1);
             if (a)
                 RTK_NAME(stream_flush)(a, PACKET);
@@ -288,24 +291,34 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
     rtk_u32 gone = 0u; /* rays that need no more */
     pencil_open_batch(&l, scene, rays, hits, occluded, scratch);
     l.lost = coherent && pencil_fits(g) ? 0u : PENCIL_LOST;
+    if (l.lost == 0u && pencil_ends(&l, RTK_MODE, count, 1)) {
+        coherent = 0;
+        l.lost = PENCIL_LOST;
+    }
     for (rtk_u32 k = 0u; k == 0u || k < g->part_count; k++) {
         const rtk_part *part = &g->parts[k];
         streams *on = a && g->part_count != 0u && stream_fits(g, part) ? a : NULL;
         if (on)
             streams_part(a, RTK_MODE, part, &part->RTK_TREE, rays, count, coherent);
         while (k == 0u && gone + PENCIL_BATCH <= count && l.lost < PENCIL_LOST) {
-            const rtk_u32 n = rtk_umin(count - gone, PENCIL_RAYS);
-            RTK_NAME(pencils)(&l, &p, g->part_count == 1u ? on : NULL, gone, count);
-            gone += n;
-            if (!on || g->part_count != 1u || g->plane_count != 0u)
-                continue;
+            const int one = on && g->part_count == 1u && g->plane_count == 0u;
             const rtk_u32 whole = (count - gone) / RTK_BLOCK * RTK_BLOCK; /* streams write whole blocks of hits */
-            for (rtk_u32 apart = rtk_umin(pencil_scatters(&l, RTK_MODE, n), whole); apart != 0u;) {
-                const rtk_u32 m = rtk_umin(apart, PACKET);
-                RTK_NAME(stream_all)(a, gone, m, 0);
+            const rtk_u32 apart = one ? pencil_left(&l, RTK_MODE, whole) : 0u;
+            if (apart == 0u) {
+                const rtk_u32 n = rtk_umin(count - gone, PENCIL_RAYS);
+                RTK_NAME(pencils)(&l, &p, g->part_count == 1u ? on : NULL, gone, count);
+                gone += n;
+                pencil_learn(&l, RTK_MODE, n);
+                if (pencil_ends(&l, RTK_MODE, count - gone, 0)) {
+                    coherent = 0;
+                    l.lost = PENCIL_LOST;
+                    if (on)
+                        streams_part(a, RTK_MODE, part, &part->RTK_TREE, rays, count, 0);
+                }
+            }
+            for (rtk_u32 end = gone + apart; gone < end; gone += rtk_umin(end - gone, PACKET)) {
+                RTK_NAME(stream_all)(a, gone, rtk_umin(end - gone, PACKET), 0);
                 RTK_NAME(stream_flush)(a, PACKET);
-                gone += m;
-                apart -= m;
             }
         }
         for (rtk_u32 first = gone; first < count; first += PACKET) {

@@ -83,8 +83,8 @@ RTI_VEC void streams_part(streams *a, rtk_u32 mode, const rtk_part *part, const 
         a->mixed = !look.one_way;
         if (ordered && spread && (bvh_larger(tree, MIX_SPREAD) || (mode & STREAM_MOVED && count > MIX_MOVED)))
             a->mixed = 0u;
-        if (a->mixed && ordered && count > STREAM && a->scratch->octants != 0u) {
-            a->scratch->octants--;
+        if (a->mixed && ordered && count > STREAM && a->scratch->learned.octants != 0u) {
+            a->scratch->learned.octants--;
             a->mixed = 0u;
         }
         if (a->mixed)
@@ -102,7 +102,7 @@ RTI_VEC void streams_part(streams *a, rtk_u32 mode, const rtk_part *part, const 
 RTI_VEC void streams_over(const streams *a, rtk_u32 count)
 {
     if (a->mixed && !a->turns && count > STREAM && a->entered > MIX_SLOTS * a->ran)
-        a->scratch->octants = MIX_AGAIN;
+        a->scratch->learned.octants = MIX_AGAIN;
 }
 
 #endif

@@ -56,6 +56,13 @@ typedef struct rti_soon {
     uint32_t blocks; /* RTK_BLOCK of each */
 } rti_soon;
 
+/* What batches have told of those to come, of the same scene: it costs or saves time, never a hit. */
+typedef struct rti_learned {
+    uint32_t octants;  /* so many batches of closest hits that are not coherent do better by octants (bvh_stream_mix.h) */
+    uint32_t apart[2]; /* coherent rays, of closest and of any hits: so many behind a pencil do better as others (pencil.h), */
+    uint32_t left[2];  /* and so many of those are still to come */
+} rti_learned;
+
 typedef struct rti_scratch {
     const float *times; /* [count]: of each ray, 0 to 1; NULL: all are at 0 */
     rti_trace_stats stats;
@@ -67,8 +74,7 @@ typedef struct rti_scratch {
     bool roomy;  /* streams may be long, as a core has a large cache (rti_context_roomy; bvh_stream.h) */
     bool turns;  /* streams go by turns through trees of any size, not of a large one alone (bvh_stream.h) */
     bool bare;   /* u and v of shapes (not of triangles) are not asked for: they may be 0 */
-    uint32_t octants;  /* so many batches of closest hits that are not coherent do better by octants (bvh_stream_mix.h) */
-    uint32_t apart[2]; /* coherent rays, of closest and of any hits: so many behind the last do better as others (pencil.h) */
+    rti_learned learned;
     rti_soon soon;
 } rti_scratch;
 

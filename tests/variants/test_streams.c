@@ -94,7 +94,7 @@ static void ask(const rtk_scene *s, const rti_tracer *tracer, uint32_t count, en
                            .turns = way == TURNS,
                            .narrow = way == NARROW,
                            .roomy = way == ROOMY,
-                           .octants = way == ROOMY};
+                           .learned.octants = way == ROOMY};
     memset(a, 0x55, sizeof *a);
     tracer->intersect(s, rays, a->hits, count, 0, &scratch);
     if (crowded && scratch.stats.crowded == 0)
