@@ -105,7 +105,8 @@ typedef struct stream {
     float wide[STREAM / 16u][8][16]; /* fields of ray[], sixteen rays side by side */
 #endif
 #ifdef RTI_PACK8
-    float low[3], high[3]; /* where its rays are (bvh_stream_region.h) */
+    float low[3], high[3]; /* where its rays are (bvh_stream_region.h), */
+    _Alignas(64) float lows[3][RTI_SIMD], highs[3][RTI_SIMD]; /* and of mixed rays each lane's */
 #endif
     /* What waits: a node, or a leaf as in rtk_bvhnode; where the first of its rays enters it; its list: where that begins, and in
      * the upper half how long it is. */
@@ -134,6 +135,8 @@ typedef struct streams {
     rtk_u32 turns;                          /* all streams go by turns */
     rtk_u32 mixed, shift;                   /* rays that point anywhere go together: so many bits of a number do not tell where */
     rtk_u32 middles;                        /* boxes may be met by their middles (stream_middles): no product overflows */
+    float middle[3][RTK_BVH_WIDTH], half[3][RTK_BVH_WIDTH]; /* those of the root, */
+    rtk_u32 roots;                                          /* and how many slots it has */
     rtk_u32 ran, entered;                   /* rays of mixed streams, and slots that they have entered */
 } streams;
 

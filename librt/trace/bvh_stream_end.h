@@ -55,19 +55,27 @@ RTI_VEC void stream_asides(const streams *a, const stream *s, const uint16_t *id
     rti_f16_records(corners[0], rows, out + 2);
     out[10] = V(column)(&corners[0][8], 8u, rows);
 #else
-    float x[11][RTI_SIMD] = {{0.0f}};
-    for (rtk_u32 i = 0u; i < n; i++) {
-        const float *who = &s->who[STREAM_WHO(0u) * ids[i]];
-        const rtk_u32 place = s->hit[ids[i]].late, j = place % 4u;
+    rti_f4 of[3][RTI_SIMD]; /* of each ray, as `out` has them */
+    vec rows[12];
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
+        const rtk_u32 l = ids[i < n ? i : 0u], place = s->hit[l].late, j = place % 4u;
+        const float *who = &s->who[STREAM_WHO(0u) * l];
         const rtk_u32 kz = (rtk_u32)who[0], kx = kz == 2u ? 0u : kz + 1u, ky = kx == 2u ? 0u : kx + 1u;
         const rtk_bvhblock *b = &a->tree.blocks[place / 4u];
-        const float of[11] = {who[2],       who[3],       b->v0[kx][j], b->v0[ky][j], b->v0[kz][j], b->v1[kx][j],
-                              b->v1[ky][j], b->v1[kz][j], b->v2[kx][j], b->v2[ky][j], b->v2[kz][j]};
-        for (rtk_u32 m = 0u; m < 11u; m++)
-            x[m][i] = of[m];
+        of[0][i] = (rti_f4){who[2], who[3], b->v0[kx][j], b->v0[ky][j]};
+        of[1][i] = (rti_f4){b->v0[kz][j], b->v1[kx][j], b->v1[ky][j], b->v1[kz][j]};
+        of[2][i] = (rti_f4){b->v2[kx][j], b->v2[ky][j], b->v2[kz][j], 0.0f};
     }
-    for (rtk_u32 k = 0u; k < 11u; k++)
-        out[k] = V(load)(x[k]);
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+#ifdef RTI_PACK8
+        const vec four[4] = {rti_f8_both(of[k][0], of[k][4]), rti_f8_both(of[k][1], of[k][5]), rti_f8_both(of[k][2], of[k][6]),
+                             rti_f8_both(of[k][3], of[k][7])};
+        rti_f8_turn(four, rows + 4u * k);
+#else
+        rti_f4_turn(of[k], rows + 4u * k);
+#endif
+    }
+    memcpy(out, rows, 11u * sizeof *out);
 #endif
 }
 

@@ -14,7 +14,7 @@
 #ifndef RTI_BVH_STREAM_MIX_H
 #define RTI_BVH_STREAM_MIX_H
 
-#include "bvh_stream.h"
+#include "bvh_stream_region.h"
 
 #if RTI_SIMD >= 8
 #define MIX_COUNT 0xffffffffu
@@ -66,6 +66,21 @@ RTI_VEC int stream_scattered(const rtk_trace_block *rays, rtk_u32 count, const r
     return count <= STREAM_SCATTER && stream_look_at(rays, count, part).far > 1.0f;
 }
 
+/* The slots of the root as rays are asked whether they enter one. */
+RTI_VEC void streams_root(streams *a)
+{
+    const rtk_bvhnode *n = a->tree.bvh;
+    for (rtk_u32 k = 0u; k < 3u; k++)
+        for (rtk_u32 h = 0u; h < RTK_BVH_WIDTH; h += NODE_N) {
+            bvh_vec middle, half;
+            stream_middles(n, k, h, a->part->scale, &middle, &half);
+            NODE(store)(a->middle[k] + h, middle);
+            NODE(store)(a->half[k] + h, half);
+        }
+    for (a->roots = 0u; a->roots < RTK_BVH_WIDTH && n->child[a->roots] + n->count[a->roots] != 0u;)
+        a->roots++;
+}
+
 /* A part and its tree, for a batch's rays, and how they go: mixed, but for those that point one way, and closest hits where the
  * order in which boxes are looked at saves more. Mixed ones have longer lists, so they need no turns as soon. */
 RTI_VEC void streams_part(streams *a, rtk_u32 mode, const rtk_part *part, const rtk_tree *tree, const rtk_trace_block *rays,
@@ -76,6 +91,7 @@ RTI_VEC void streams_part(streams *a, rtk_u32 mode, const rtk_part *part, const 
     a->tree = *tree;
     a->looked = a->missed = 0u;
     a->middles = part->scale <= MIX_SCALE;
+    streams_root(a);
     a->mixed = !coherent && count <= MIX_COUNT && a->middles;
     if (a->mixed) {
         const stream_look look = stream_look_at(rays, count, part);

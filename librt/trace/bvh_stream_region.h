@@ -1,8 +1,8 @@
 /* Where a stream's rays are at all (bvh_stream.h), for any hit: in the box around where each enters and leaves the part, or ends.
  * Rays of a stream start near each other and point into one octant, so slots behind them, and, where they are short, slots far
- * ahead are entered by none: of ambient occlusion three to five of eight are in the box, in rooms three. With AVX-512 sixteen rays
- * at a time meet a slot, and those slots alone; with AVX2, where no more than four are left, two rays meet them at a time. (Closest
- * hits are asked of long rays: six of eight are in their box.)
+ * ahead are entered by none: of ambient occlusion three to five of eight are in the box, in rooms three. Sixteen rays at a time, or
+ * eight with AVX2 where no more than STREAM_THERE are left, meet a slot, and those slots alone. (Closest hits are asked of long rays:
+ * six of eight are in their box.)
  *
  * The box's planes err by some ten roundings of a coordinate of size scale (an origin is at most RTK_FAR scale away), and are
  * moved apart by RTK_GROW scale, 128 of them.
@@ -12,10 +12,10 @@
 
 #include "bvh_stream.h"
 
-/* Of a node's boxes, along an axis, slots from h on, the middles, and how far their planes are from those, and RTK_GROW / 4 more: 32
- * roundings of a coordinate of size scale, where those of middle and half, of their products and of the sums come to 13 more than
- * what is lost where rays meet planes as they stand. So where a ray enters and leaves a box is told without asking which of its
- * planes it meets first, by sums, which many processors make beside products and comparisons. Boxes of nothing get no number. */
+/* Of a node's boxes, along an axis, slots from h on, the middles, and how far their planes are from those, and RTK_GROW / 4 more:
+ * 32 roundings of a coordinate of size scale, where those of middle and half, of their products and of the sums come to 13 more
+ * than what is lost where rays meet planes as they stand. So where a ray enters and leaves a box is told without asking which of
+ * its planes it meets first, by sums, which many processors make beside products and comparisons. Boxes of nothing get no number. */
 RTI_VEC void stream_middles(const rtk_bvhnode *n, rtk_u32 k, rtk_u32 h, float scale, bvh_vec *middle, bvh_vec *half)
 {
     const bvh_vec low = NODE(load)(n->box[k][0] + h), high = NODE(load)(n->box[k][1] + h);
@@ -24,11 +24,21 @@ RTI_VEC void stream_middles(const rtk_bvhnode *n, rtk_u32 k, rtk_u32 h, float sc
 }
 
 #ifdef RTI_PACK8
-/* The box around all of a stream's rays: its list has them all, or they lie in its blocks of sixteen. */
-RTI_VEC void stream_region(const streams *a, stream *s)
+/* Mixed rays, `lanes`, join a stream, from t0 to end; first: there are none yet. */
+RTI_VEC void stream_region_more(stream *s, const vec org[3], const vec dir[3], vec t0, vec end, rtk_u32 lanes, int first)
 {
-    const float grow = RTK_GROW * a->part->scale;
-    vec low[3], high[3];
+    const vmask in = VM(of)(lanes);
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const vec enter = org[k] + dir[k] * t0, leave = org[k] + dir[k] * end;
+        const vec low = first ? V(set)(RTK_INF) : V(load)(s->lows[k]), high = first ? V(set)(-RTK_INF) : V(load)(s->highs[k]);
+        V(store)(s->lows[k], V(select)(in, V(min)(low, V(min)(enter, leave)), low));
+        V(store)(s->highs[k], V(select)(in, V(max)(high, V(max)(enter, leave)), high));
+    }
+}
+
+/* The box around a stream's rays by octants: its list has them all, or they lie in its blocks of sixteen. */
+RTI_VEC void stream_region_octant(const stream *s, vec low[3], vec high[3])
+{
     for (rtk_u32 k = 0u; k < 3u; k++) {
         low[k] = V(set)(RTK_INF);
         high[k] = V(set)(-RTK_INF);
@@ -53,10 +63,19 @@ RTI_VEC void stream_region(const streams *a, stream *s)
         }
 #undef IN
     }
+}
+
+/* The box around all of a stream's rays. */
+RTI_VEC void stream_region(const streams *a, stream *s)
+{
+    const float grow = RTK_GROW * a->part->scale;
+    vec low[3], high[3];
+    if (!a->mixed)
+        stream_region_octant(s, low, high);
     for (rtk_u32 k = 0u; k < 3u; k++) {
         float lows[RTI_SIMD], highs[RTI_SIMD];
-        V(store)(lows, low[k]);
-        V(store)(highs, high[k]);
+        V(store)(lows, a->mixed ? V(load)(s->lows[k]) : low[k]);
+        V(store)(highs, a->mixed ? V(load)(s->highs[k]) : high[k]);
         for (rtk_u32 i = 1u; i < RTI_SIMD; i++) {
             lows[0] = rtk_min(lows[0], lows[i]);
             highs[0] = rtk_max(highs[0], highs[i]);

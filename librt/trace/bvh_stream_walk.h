@@ -35,7 +35,7 @@ RTI_VEC vec stream_vec(vec_bits a)
     return x;
 }
 
-/* `lanes` join the streams `which`, which have room for them; the others' places are behind all rays. */
+/* `lanes` join the streams `which`, mixed ones one of them, with room for them; the others' places are behind all rays. */
 RTI_VEC void stream_places_of(streams *a, vec_whole which, rtk_u32 lanes, stream_places *p)
 {
 #ifdef RTI_PACK8
@@ -44,9 +44,17 @@ RTI_VEC void stream_places_of(streams *a, vec_whole which, rtk_u32 lanes, stream
     vec_bits first = (vec_bits)which * STREAM_WORDS, to;
     vec_rows rows;
     vec x;
-    memcpy(&rows, &which, sizeof rows);
-    rows = VI(places)(rows, lanes, a->next);
-    memcpy(&to, &rows, sizeof to);
+    if (a->mixed) {
+        const rtk_u32 of = (rtk_u32)which[0], had = a->next[of];
+        rows = VI(ranks)(lanes);
+        memcpy(&to, &rows, sizeof to);
+        to += had;
+        a->next[of] = had + (rtk_u32)__builtin_popcount(lanes);
+    } else {
+        memcpy(&rows, &which, sizeof rows);
+        rows = VI(places)(rows, lanes, a->next);
+        memcpy(&to, &rows, sizeof to);
+    }
     x = V(select)(some, stream_vec(to), stream_vec(behind));
     memcpy(&to, &x, sizeof to);
     x = V(select)(some, stream_vec(first), V(set)(0.0f));
@@ -110,15 +118,14 @@ RTI_VEC vec stream_reaches(vec t, vec shift)
 /* Of RTI_SIMD rays those that enter a slot of the tree's root. end: no farther than this. */
 RTI_VEC rtk_u32 stream_enters(const streams *a, const stream_rays *r, const vec start[3], vec end, rtk_u32 lanes)
 {
-    const rtk_bvhnode *n = a->tree.bvh;
+    const vec size[3] = {V(abs)(r->inv[0]), V(abs)(r->inv[1]), V(abs)(r->inv[2])};
     rtk_u32 some = 0u;
-    for (rtk_u32 i = 0u; i < RTK_BVH_WIDTH && n->child[i] + n->count[i] != 0u && some != lanes; i++) {
+    for (rtk_u32 i = 0u; i < a->roots && some != lanes; i++) {
         vec in = r->t0, out = end;
         for (rtk_u32 k = 0u; k < 3u; k++) {
-            const vec x = V(msub)(V(set)(n->box[k][0][i]), r->inv[k], start[k]);
-            const vec y = V(msub)(V(set)(n->box[k][1][i]), r->inv[k], start[k]);
-            in = V(max)(in, V(min)(x, y));
-            out = V(min)(out, V(max)(x, y));
+            const vec m = V(msub)(V(set)(a->middle[k][i]), r->inv[k], start[k]), off = V(set)(a->half[k][i]) * size[k];
+            in = V(max)(in, m - off);
+            out = V(min)(out, m + off);
         }
         some |= lanes & VM(bits)(V(le)(in, out));
     }
@@ -128,7 +135,7 @@ RTI_VEC rtk_u32 stream_enters(const streams *a, const stream_rays *r, const vec 
 /* Is it asked whether rays enter a slot of the root, before they are put anywhere? As long as one of four does not. */
 RTI_VEC int stream_asks_root(const streams *a)
 {
-    return 4u * (a->missed + 32u) >= a->looked;
+    return a->middles && 4u * (a->missed + 32u) >= a->looked;
 }
 
 /* Lanes join streams, each of which has room for them; their numbers begin with that of the first. Returns
@@ -170,8 +177,14 @@ RTI_VEC rtk_u32 stream_put(streams *a, rtk_u32 mode, const stream_rays *r, rtk_u
     stream_places to;
     vec_bits numbers;
     vec_whole which = __builtin_convertvector(r->key, vec_whole) >> 2 & 7;
-    if (a->mixed)
-        which = (vec_whole){0} + (int32_t)(number >> a->shift & 7u);
+    if (a->mixed) {
+        const rtk_u32 of = number >> a->shift & 7u;
+        which = (vec_whole){0} + (int32_t)of;
+#ifdef RTI_PACK8
+        if (mode & RTK_MODE_ANY)
+            stream_region_more(&a->of[of], r->org, r->dir, r->t0, end, lanes, a->next[of] == 0u);
+#endif
+    }
     stream_places_of(a, which, lanes, &to);
     memcpy(&numbers, lane_ones, sizeof numbers);
     numbers += number;
@@ -333,6 +346,19 @@ RTI_VEC void stream_next(const streams *a, const stream *s)
         bvh_expect(&a->tree, s->child[s->top - 1u], s->count[s->top - 1u]);
 }
 
+/* Sanitized builds: a list holds rays of its stream alone. What else stood there would be met, too, and be no error that shows. */
+RTI_VEC void stream_sound(const stream *s, const uint16_t *ids, rtk_u32 size)
+{
+#ifdef LIBRT_SANITIZED
+    for (rtk_u32 i = 0u; i < size; i++)
+        if (ids[i] >= s->n)
+            __builtin_trap();
+#endif
+    (void)s;
+    (void)ids;
+    (void)size;
+}
+
 /* A step of a stream's way: one list to what it waits for. Returns how many rays stand in a->now that found no room in lists. */
 RTI_VEC rtk_u32 stream_step(streams *a, rtk_u32 octant, rtk_u32 mode)
 {
@@ -354,6 +380,7 @@ RTI_VEC rtk_u32 stream_step(streams *a, rtk_u32 octant, rtk_u32 mode)
         return left;
     }
 #endif
+    stream_sound(s, ids, size);
     if (size == 1u && s->ray[ids[0]].t1 < enter)
         return 0u;
     if (count != 0u) {

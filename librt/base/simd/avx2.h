@@ -259,6 +259,13 @@ RTI_VEC rti_i8 rti_i8_rows(const float *p, uint32_t stride, const uint16_t at[8]
     const __m256i rows = _mm256_cvttps_epi32(rti_f8_column(p, stride, at));
     return _mm256_add_epi32(_mm256_mullo_epi32(rows, _mm256_set1_epi32(0x04040404)), _mm256_set1_epi32(0x03020100));
 }
+/* Bits as bytes of 0 and 1, and their sums. */
+RTI_VEC rti_i8 rti_i8_ranks(uint32_t bits)
+{
+    const uint64_t one = UINT64_C(0x0101010101010101), apart = one * bits & UINT64_C(0x8040201008040201);
+    const uint64_t each = (apart + UINT64_C(0x00406070787c7e7f)) >> 7 & one;
+    return _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((int64_t)(each * (one << 8))));
+}
 /* As at AVX-512. */
 RTI_VEC rti_i8 rti_i8_places(rti_i8 key, uint32_t of, uint32_t next[8])
 {

@@ -322,6 +322,13 @@ RTI_VEC rti_i16 rti_i16_rows(const float *p, uint32_t stride, const uint16_t at[
 {
     return _mm512_slli_epi32(_mm512_cvttps_epi32(rti_f16_column(p, stride, at)), 2);
 }
+RTI_VEC rti_i16 rti_i16_ranks(uint32_t bits)
+{
+    const __m256i low = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    const __m256i high = _mm256_add_epi32(low, _mm256_set1_epi32(__builtin_popcount(bits & 255u)));
+    return _mm512_inserti64x4(_mm512_castsi256_si512(_mm256_maskz_expand_epi32((__mmask8)bits, low)),
+                              _mm256_maskz_expand_epi32((__mmask8)(bits >> 8), high), 1);
+}
 /* Counts of keys are told in four bits each: of the lanes before one there are fifteen at most. */
 RTI_VEC rti_i16 rti_i16_places(rti_i16 key, uint32_t of, uint32_t next[8])
 {
