@@ -1,8 +1,8 @@
 /* Where a stream's rays are at all (bvh_stream.h), for any hit: in the box around where each enters and leaves the part, or ends.
  * Rays of a stream start near each other and point into one octant, so slots behind them, and, where they are short, slots far
- * ahead are entered by none: of ambient occlusion three to five of eight are in the box, in rooms three. Sixteen rays at a time, or
- * eight with AVX2 where no more than STREAM_THERE are left, meet a slot, and those slots alone. (Closest hits are asked of long rays:
- * six of eight are in their box.)
+ * ahead are entered by none: of ambient occlusion three to five of eight are in the box, in rooms three. Sixteen rays at a time,
+ * or eight with AVX2 where no more than STREAM_THERE are left, meet a slot, and those slots alone. (Closest hits are asked of long
+ * rays: six of eight are in their box.)
  *
  * The box's planes err by some ten roundings of a coordinate of size scale (an origin is at most RTK_FAR scale away), and are
  * moved apart by RTK_GROW scale, 128 of them.
@@ -15,7 +15,7 @@
 /* Of a node's boxes, along an axis, slots from h on, the middles, and how far their planes are from those, and RTK_GROW / 4 more:
  * 32 roundings of a coordinate of size scale, where those of middle and half, of their products and of the sums come to 13 more
  * than what is lost where rays meet planes as they stand. So where a ray enters and leaves a box is told without asking which of
- * its planes it meets first, by sums, which many processors make beside products and comparisons. Boxes of nothing get no number. */
+ * its planes it meets first, by sums, which many processors make beside products and comparisons. Boxes of nothing get NaN. */
 RTI_VEC void stream_middles(const rtk_bvhnode *n, rtk_u32 k, rtk_u32 h, float scale, bvh_vec *middle, bvh_vec *half)
 {
     const bvh_vec low = NODE(load)(n->box[k][0] + h), high = NODE(load)(n->box[k][1] + h);
