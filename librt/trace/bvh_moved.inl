@@ -22,7 +22,7 @@ static void RTK_NAME(moved_planes)(const rtk_scene *scene, const rtk_trace_block
                                    rtk_u32 n, const rti_scratch *scratch)
 {
     packet p;
-    p.mesh.first = p.mesh.count = 0u;
+    packet_batch(&p);
     for (rtk_u32 at = 0u; at < n; at += PACKET) {
         const rtk_u32 m = rtk_umin(n - at, PACKET);
         const uint64_t valid = packet_load(&p, scene, rays, at, m, scratch);

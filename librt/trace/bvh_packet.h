@@ -43,6 +43,8 @@ typedef struct packet {
     float near_org[3], far_org[3], inv_lo[3], inv_hi[3], from, reach;
     rtk_u32 near[3], kx, ky, kz;
     rtk_u32 one; /* of closest hits: all rays start at one point */
+    /* Of a batch: packets that walked, rays of them, and nodes that they opened and leaves that they looked through. */
+    rtk_u32 walks, walked, steps;
     const rtk_scene *scene;
     const rtk_trace_block *blocks;
     rtk_u32 first;
@@ -51,6 +53,13 @@ typedef struct packet {
     uint64_t ready, missed; /* missed: those of them that miss the part */
     rtk_pray prays[PACKET];
 } packet;
+
+/* Before the first of a batch. */
+RTI_VEC void packet_batch(packet *p)
+{
+    p->mesh.first = p->mesh.count = 0u;
+    p->walks = p->walked = p->steps = 0u;
+}
 
 RTI_VEC rtk_u32 packet_bits(uint64_t mask, rtk_u32 at)
 {

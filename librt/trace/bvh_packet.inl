@@ -287,11 +287,11 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
     pencil l;
     if (a)
         streams_begin(a, scene, rays, hits, occluded, scratch);
-    p.mesh.first = p.mesh.count = 0u;
+    packet_batch(&p);
     rtk_u32 gone = 0u; /* rays that need no more */
     pencil_open_batch(&l, scene, rays, hits, occluded, scratch);
     l.lost = coherent && pencil_fits(g) ? 0u : PENCIL_LOST;
-    if (l.lost == 0u && pencil_ends(&l, RTK_MODE, count, 1)) {
+    if (coherent && learned_ends(&scratch->learned, RTK_MODE, g->part_count, count, 1)) {
         coherent = 0;
         l.lost = PENCIL_LOST;
     }
@@ -303,13 +303,13 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
         while (k == 0u && gone + PENCIL_BATCH <= count && l.lost < PENCIL_LOST) {
             const int one = on && g->part_count == 1u && g->plane_count == 0u;
             const rtk_u32 whole = (count - gone) / RTK_BLOCK * RTK_BLOCK; /* streams write whole blocks of hits */
-            const rtk_u32 apart = one ? pencil_left(&l, RTK_MODE, whole) : 0u;
+            const rtk_u32 apart = one ? learned_left(&scratch->learned, RTK_MODE, whole) : 0u;
             if (apart == 0u) {
                 const rtk_u32 n = rtk_umin(count - gone, PENCIL_RAYS);
                 RTK_NAME(pencils)(&l, &p, g->part_count == 1u ? on : NULL, gone, count);
                 gone += n;
                 pencil_learn(&l, RTK_MODE, n);
-                if (pencil_ends(&l, RTK_MODE, count - gone, 0)) {
+                if (learned_ends(&scratch->learned, RTK_MODE, g->part_count, count - gone, 0)) {
                     coherent = 0;
                     l.lost = PENCIL_LOST;
                     if (on)
@@ -345,6 +345,8 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
         if (on && !(RTK_MODE & RTK_MODE_ANY))
             streams_over(a, count);
     }
+    if (coherent && gone == 0u)
+        packet_learn(&p, scratch, RTK_MODE);
 }
 
 #include "bvh_moved.inl"
@@ -410,7 +412,7 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
         RTK_NAME(placed)(scene, rays, hits, occluded, count, scratch, 1);
         return;
     }
-    p.mesh.first = p.mesh.count = 0u;
+    packet_batch(&p);
     for (rtk_u32 first = 0u; first < count; first += PACKET) {
         const rtk_group *g = scene->groups;
         const rtk_u32 n = rtk_umin(count - first, PACKET);

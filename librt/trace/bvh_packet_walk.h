@@ -435,13 +435,17 @@ RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
 {
     packet_stack stack;
     const rtk_bvhnode *nodes = part->RTK_TREE.bvh;
-    rtk_u32 at = 0u, lane = 0u, budget = PACKET_NODES * (rtk_u32)__builtin_popcountll(p->rays) + 8u;
+    const rtk_u32 rays = (rtk_u32)__builtin_popcountll(p->rays);
+    rtk_u32 at = 0u, lane = 0u, budget = PACKET_NODES * rays + 8u;
     stack.top = 0u;
+    p->walks++;
+    p->walked += rays;
     for (;;) {
         float t[RTK_BVH_WIDTH];
         if (budget-- == 0u)
             return p->rays;
         const rtk_u32 bits = packet_open(p, &nodes[at], t);
+        p->steps++;
         packet_push(&stack, at, bits, t, lane);
         for (rtk_u32 l = bits; l != 0u; l &= l - 1u)
             bvh_expect(&part->RTK_TREE, nodes[at].child[__builtin_ctz(l)], nodes[at].count[__builtin_ctz(l)]);
@@ -465,6 +469,7 @@ RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
                 at = n->child[slot];
                 break;
             }
+            p->steps++;
             packet_leaf(p, mode, part, n, slot, lane);
             if (mode & RTK_MODE_ANY) {
                 p->rays &= ~p->done;

@@ -56,16 +56,9 @@ typedef rtk_u32 pencil_bits;
 #define PENCIL_ONE(bundle) ((pencil_bits)1u << (bundle))
 #define PENCIL_RAYS        (PENCIL * RTK_BLOCK)
 #define PENCIL_LOST        4u             /* times that rays are no pencil before the rest of a batch is not tried */
-/* A pencil of any hits does well where, of leaves, it looks through one for at least so many of its rays, or so many rays come to
- * one. */
-#define PENCIL_RAYS_OF_LEAVES 4u
-#define PENCIL_RAYS_A_LEAF    (RTI_SIMD >= 16 ? 12u : (RTI_SIMD >= 8 ? 6u : 4u))
-#define PENCIL_APART(mode)    ((mode)&RTK_MODE_ANY ? 2u * PENCIL_RAYS : PENCIL_RAYS / 2u) /* rays in streams behind one, */
-#define PENCIL_APART_AGAIN    (RTI_SIMD >= 16 ? 16u : 2u) /* so many times as many behind the next */
-#define PENCIL_TELLS          16u                         /* rays a leaf, above which a pencil says nothing of others */
-#define PENCIL_MAIL           64u
-#define PENCIL_U              9.5367432e-07f /* 16 u */
-#define PENCIL_HALVES         (RTK_BLOCK / RTI_SIMD)
+#define PENCIL_MAIL        64u
+#define PENCIL_U           9.5367432e-07f /* 16 u */
+#define PENCIL_HALVES      (RTK_BLOCK / RTI_SIMD)
 
 /* Between which depths x is from a to b, for slopes from lo to hi of a rectangle a lane: from max(a in[0], b in[1]) on, and up to
  * min(a out[0] + more[0], b out[1] + more[1]). */
@@ -165,52 +158,6 @@ RTI_VEC void pencil_open_batch(pencil *p, const rtk_scene *scene, const rtk_trac
         p->scale = rtk_max(p->scale, scene->groups->parts[k].scale);
         p->blocker[k].node = NULL;
     }
-}
-
-/* Did a pencil of `count` rays do worse than streams had? Where triangles are so small, or the picture is, that it finds few rays
- * in each leaf, it tells that for all of its bundles again and again. (Shadow rays of 75,000 points of a million triangles: streams
- * are 1.5 times as fast, at three rays a leaf; where sixteen come to one, pencils are 1.7 times as fast. Of an eye, which rays pass
- * a leaf is told for bundles, and what streams cost beside that grows with the leaves that rays come to. With AVX2 they are even at
- * .25 to .95 of a leaf looked through a ray, in rooms where a ray comes to three to five, .7 to .95, .65 in a tree that no cache
- * holds; at 64x48 pixels pencils take 1.5 to 7 times as long.) */
-RTI_VEC int pencil_spread(const pencil *p, rtk_u32 mode, rtk_u32 count)
-{
-    if (mode & RTK_MODE_ANY)
-        return PENCIL_RAYS_OF_LEAVES * p->leaves > count && p->told < PENCIL_RAYS_A_LEAF * p->leaves;
-    return 8u * p->leaves > (bvh_large(&p->scene->groups->parts->RTK_TREE) ? 4u : 2u) * count + p->told;
-}
-
-/* Behind a pencil of `count` rays: so many better go as others. Some after the first time, for a single one tells little; many
- * times as many each time after that, a quarter when a pencil does well between. One that looks through hardly a leaf tells
- * nothing. */
-RTI_VEC void pencil_learn(pencil *p, rtk_u32 mode, rtk_u32 count)
-{
-    rti_learned *l = &p->scratch->learned;
-    const rtk_u32 any = (mode & RTK_MODE_ANY) != 0u, least = PENCIL_APART(mode);
-    l->left[any] = 0u;
-    if (pencil_spread(p, mode, count))
-        l->left[any] = l->apart[any] = l->apart[any] == 0u ? least : rtk_umin(PENCIL_APART_AGAIN * l->apart[any], 1u << 16);
-    else if (PENCIL_TELLS * p->leaves >= count)
-        l->apart[any] = l->apart[any] < 4u * least ? 0u : l->apart[any] / 4u;
-    p->leaves = p->told = 0u;
-}
-
-/* Of so many coherent rays those that are to go as others. */
-RTI_VEC rtk_u32 pencil_left(const pencil *p, rtk_u32 mode, rtk_u32 count)
-{
-    rtk_u32 *left = &p->scratch->learned.left[(mode & RTK_MODE_ANY) != 0u];
-    const rtk_u32 n = rtk_umin(*left, count);
-    *left -= n;
-    return n;
-}
-
-/* Do the `count` coherent rays that a batch has yet all go as others, as most of them had better? Where a scene has several parts,
- * for rays go one way through all of them; of closest hits also a batch that begins so, for mixed ones are met together. */
-RTI_VEC int pencil_ends(const pencil *p, rtk_u32 mode, rtk_u32 count, int begins)
-{
-    const rtk_u32 any = (mode & RTK_MODE_ANY) != 0u, left = p->scratch->learned.left[any];
-    return (p->scene->groups->part_count > 1u || (begins && !any)) && left != 0u && 4u * left >= count &&
-           pencil_left(p, mode, count) != 0u;
 }
 
 /* May a group's rays go in pencils? There they meet triangles alone, of which every hit counts. */

@@ -5,7 +5,8 @@
 #include "pencil_meet.h"
 
 #define PENCIL_NODES   8u            /* nodes a ray that a pencil may open before it has come apart, */
-#define PENCIL_LEAVES  2u            /* and leaves a ray that it may look through, beside one for every other of a whole pencil's */
+#define PENCIL_LEAVES  2u            /* and leaves a ray that it may look through, */
+#define PENCIL_AT_ALL  (PENCIL_RAYS / 2u) /* beside so many, and one for every four rays that come to leaves */
 #define PENCIL_BUNDLED (PENCIL / 4u) /* bundles at a leaf up to which their rays are told from one another at once */
 #define PENCIL_PAIRS   2u /* pairs of a bundle and a triangle, for each bundle, above which rays are told from one another */
 /* PENCIL_LONE: rays at a leaf for which its triangles are not looked at before. PENCIL_PRICE: what FOUR_RAYS rays by four
@@ -323,7 +324,7 @@ RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
     packet_stack stack;
     pencil_wait wait = {NULL, 0u, 0u};
     rtk_u32 at = 0u, vectors = pencil_vectors(p->bundles), budget = PENCIL_NODES * count + 8u;
-    const rtk_u32 leaves = p->leaves + PENCIL_LEAVES * count + PENCIL_RAYS / 2u;
+    const rtk_u32 leaves = p->leaves + PENCIL_LEAVES * count + PENCIL_AT_ALL, told = p->told;
     stack.top = 0u;
     p->changed = 0u;
 #ifdef RTK_REPEATS
@@ -340,7 +341,7 @@ RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
     }
     for (;;) {
         float t[RTK_BVH_WIDTH];
-        if (budget-- == 0u || p->leaves > leaves)
+        if (budget-- == 0u || p->leaves > leaves + (p->told - told) / 4u)
             return 1;
         const rtk_u32 bits = pencil_open(p, &nodes[at], t);
         packet_push(&stack, at, bits, t, vectors);

@@ -4,6 +4,7 @@
 #include "bvh_packet_walk.h"
 #include "bvh_moved.h"
 #include "bvh_placed.h"
+#include "bvh_learn.h"
 #include "pencil_walk.h"
 #include "bvh_stream_walk.h"
 #define RTK_WALK_INL   "../trace/bvh_lanes.inl"

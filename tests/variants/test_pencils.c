@@ -176,14 +176,15 @@ static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t ro
     }
 }
 
-static void compare(const char *what, enum way way, const char *name, uint32_t count)
+/* behind: from this ray on no hit may be written. */
+static void compare(const char *what, enum way way, const char *name, uint32_t count, uint32_t behind)
 {
     for (uint32_t i = 0; i < MOST; i++) {
         const rtk_hit_block *p = &want[i / RTK_BLOCK], *q = &got[i / RTK_BLOCK];
         const rtk_trace_block *r = &rays[i / RTK_BLOCK];
         const uint32_t k = i % RTK_BLOCK;
         if (i >= count) {
-            if (q->prim[k] != 0x55555555u || q->inst[k] != 0x55555555u)
+            if (i >= behind && (q->prim[k] != 0x55555555u || q->inst[k] != 0x55555555u))
                 fail_msg("%s, %s, %s: a hit of ray %u is written, behind the last of %u", what, way_names[way], name, i, count);
             continue;
         }
@@ -233,7 +234,7 @@ static void sweep(const test_world *w, uint32_t rounds, uint32_t size, const cha
             if (way == LIGHT) /* closest hits of rays that run to one point are no pencil's */
                 scratch.stats.together = 0;
             tracer->occluded(&w->scene, rays, seen, count, RTI_TRACE_COHERENT, &scratch);
-            compare(what, way, tracer->name, count);
+            compare(what, way, tracer->name, count, count);
             if (tracer->tree == RTK_TREE_BVH) {
                 asked[way] += (way == LIGHT ? 1u : 2u) * count;
                 together[way] += scratch.stats.together;
@@ -415,6 +416,66 @@ static void test_apart(void **state)
     with_parts(20000, 0.005f, 8, 48, "two large parts", 0);
 }
 
+/* Batches of many lengths, whole blocks or not, each with what those before have learned. */
+static void learned(const test_world *w, const char *what)
+{
+    static const uint32_t counts[] = {1024, 256, 100, 1000, 37, 300, 64, 48, 2048, 130, 999, 4096, 61, 512, 77, 3001};
+    const rti_tracer *judge = rti_tracer_find(test_isa(), "brute");
+    rti_learned known[8] = {{0}};
+    uint32_t left = 0, odd = 0;
+    test_targets t;
+    test_rng rng = {23};
+    test_targets_init(&t, w);
+    assert_true(rti_tracer_count() <= 8);
+    for (uint32_t round = 0; round < 4 * (sizeof counts / sizeof *counts); round++) {
+        const uint32_t count = counts[round % (sizeof counts / sizeof *counts)];
+        const enum way way = round % 8 == 3 ? LIGHT : (round % 8 == 5 ? EYE : CAMERA);
+        rti_scratch plain = {.room = test_room()};
+        fill(&t, &rng, way, round);
+        judge->intersect(&w->scene, rays, want, count, 0, &plain);
+        judge->occluded(&w->scene, rays, hidden, count, 0, &plain);
+        for (uint32_t i = 0; i < rti_tracer_count(); i++) {
+            const rti_tracer *tracer = rti_tracer_at(test_isa(), i);
+            rti_scratch scratch = {.room = test_room(), .learned = known[i]};
+            if (tracer->tree == RTK_TREE_NONE)
+                continue;
+            memset(got, 0x55, sizeof got);
+            tracer->intersect(&w->scene, rays, got, count, RTI_TRACE_COHERENT, &scratch);
+            tracer->occluded(&w->scene, rays, seen, count, RTI_TRACE_COHERENT, &scratch);
+            compare(what, way, tracer->name, count, (count + RTK_BLOCK - 1) / RTK_BLOCK * RTK_BLOCK); /* as without a hint */
+            for (int any = 0; any < 2 && tracer->tree == RTK_TREE_BVH; any++) {
+                left += known[i].left[any] != 0;
+                odd += known[i].left[any] != 0 && count % RTK_BLOCK != 0;
+            }
+            known[i] = scratch.learned;
+        }
+    }
+    test_targets_free(&t);
+    if (left < 8 || odd < 2)
+        fail_msg("%s: %u batches began as others, %u of them of no whole blocks: the test tests little", what, left, odd);
+}
+
+static void test_learned(void **state)
+{
+    rt_context *ctx = context();
+    test_mesh m = {0};
+    test_parts parts;
+    test_world w;
+    (void)state;
+    test_mesh_globe(&m, 200);
+    test_world_init(&w, ctx);
+    test_world_mesh(&w, 0, &m, 0xffffffffu);
+    assert_int_equal(test_world_commit(&w, &(rti_build_settings){.builder = RTI_BUILD_KD_BINNED}), RT_OK);
+    learned(&w, "dense globe, learned");
+    test_world_free(&w);
+    test_mesh_free(&m);
+    test_world_init(&w, ctx);
+    assert_int_equal(test_parts_init(&parts, &w, 2, 0.01f, 20000, 0.005f), RT_OK);
+    learned(&w, "two large parts, learned");
+    test_parts_free(&parts, &w);
+    rt_context_destroy(ctx);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_soup),      cmocka_unit_test(test_small),
@@ -422,6 +483,6 @@ int main(void)
                                        cmocka_unit_test(test_lattice),   cmocka_unit_test(test_nested),
                                        cmocka_unit_test(test_one),       cmocka_unit_test(test_scaled_and_moved),
                                        cmocka_unit_test(test_planes),    cmocka_unit_test(test_two_parts),
-                                       cmocka_unit_test(test_apart)};
+                                       cmocka_unit_test(test_apart),     cmocka_unit_test(test_learned)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
