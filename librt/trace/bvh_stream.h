@@ -9,7 +9,7 @@
  * rays (to wait for it, to foresee where it leads) is shared by all rays that come there: of bounces of a picture's tile some
  * thirty, where packets of sixteen share it by four, or by one. (Fuetterling, Lojewski, Pfreundt, Hamann 2015; Barringer,
  * Akenine-Moeller 2014: what differs is that lists hold numbers, no copies.) Long lists that are asked for any hit do not meet
- * slots in which none of a stream's rays can be, with AVX2 where that leaves half of them (bvh_stream_region.h).
+ * slots in which none of a stream's rays can be, and those that are left eight or sixteen rays at a time (bvh_stream_region.h).
  *
  * Rays are loaded and dealt to streams as many at a time as vectors have lanes (stream_put), less those that meet none of the
  * root's slots, which where a scene is open are many. There is a stream for each of the eight octants, or rays that point anywhere

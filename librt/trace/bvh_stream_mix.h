@@ -1,12 +1,12 @@
 /* Whether a batch's rays go through a tree in streams by octants, or mixed (bvh_stream.h).
  *
  * By octants a node's slots are looked at in the order in which all of a list's rays come to them, and which of a box's sides they
- * meet first is known. Mixed, boxes cost half as much again, but lists are longer: rays that start near each other meet the same
- * boxes wherever they point, and the rays of a small batch are not dealt to eight streams of a few. For any hits there is no order
- * to lose. Mixed rays, to those by octants, with AVX-512: occlusion of batches of 16384 1.07 to 1.18 times as many a second in
- * rooms, 1.45 of a million triangles; bounces 1.25, and 1.38, where triangles are small, .93 to 1.03 in rooms; rays from anywhere
- * to anywhere 1.06 to 1.13, but in a tree that no cache holds half as many; batches of 64: 1.2 to 1.5, and 1.4 to 1.8 times.
- * (Coherent rays point one way anyhow.)
+ * meet first is known. Mixed, boxes cost more (half as much again with AVX-512, a seventh by their middles), but lists are longer:
+ * rays that start near each other meet the same boxes wherever they point, and the rays of a small batch are not dealt to eight
+ * streams of a few. For any hits there is no order to lose. Mixed rays, to those by octants, with AVX-512: occlusion of batches of
+ * 16384 1.07 to 1.18 times as many a second in rooms, 1.45 of a million triangles; bounces 1.25, and 1.38, where triangles are
+ * small, .93 to 1.03 in rooms; rays from anywhere to anywhere 1.06 to 1.13, but in a tree that no cache holds half as many;
+ * batches of 64: 1.2 to 1.5, and 1.4 to 1.8 times. (Coherent rays point one way anyhow.)
  *
  * A large tree's streams go by turns, so that what one waits for comes while others have theirs: of mixed ones each takes rays that
  * stand in the batch side by side.
