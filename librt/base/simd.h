@@ -42,7 +42,7 @@
  *   rti_fN_column(p, n, at)   p[n at[i]] in lane i; at: N of sixteen bits
  *   rti_fN_fours(a, b, c, d, p, at)
  *                             from p[at[i]] on lane i of a, b, c and d; rti_fN_twos(a, b, p, at) of a and b; likewise
- *   rti_iN_ranks(bits)        in the chosen lanes how many chosen ones are before them, in others anything
+ *   rti_iN_ranks(bits)        in the chosen lanes how many chosen ones are before them, in others anything; no bits from N on
  *   rti_iN_places(key, bits, n)
  *                             in the chosen lanes n[key[i]], keys below 8, and how many chosen lanes before lane i have that key, in
  *                             others anything; then n[8] goes on by the chosen lanes. rti_iN_load(p)  _store(p, a)

@@ -115,6 +115,8 @@ static void records(const float a[16], uint32_t bits, const uint32_t at[4], simd
     V(fours)(x, -x, x * V(set)(2.0f), x * V(set)(3.0f), out->fours[0], fours);
     V(twos)(x, -x, out->twos[0], twos);
     VI(store)(out->places, VI(places)(VI(load)(out->keys), bits, out->next));
+    VI(store)(out->ranks, VI(ranks)(bits & ((1u << RTI_SIMD) - 1u)));
+    V(store)(out->unless, V(unless)(VM(of)(bits), V(load)(a)));
     for (uint32_t i = 0; i < 16; i++)
         turn[i] = a[(i + 1) % 16];
     V(store)(out->madd, V(madd)(x, V(set)(2.0f), V(load)(turn)));

@@ -27,6 +27,8 @@ typedef struct simd_packed {
                                                rti_fN_spread of that, the last first */
     float twos[16][2];                      /* rti_fN_twos of a and -a, the last first */
     uint32_t keys[16], places[16], next[8]; /* rti_iN_places of those by bits, and what is next to `numbers` */
+    uint32_t ranks[16];                     /* rti_iN_ranks of those by bits */
+    float unless[16];                       /* rti_fN_unless of those by bits */
     float fourths[16];                      /* rti_f16_fourths of 0 to 63 */
     uint32_t pairs[16];                     /* rti_u8_pairs of numbers and of 1 to 8 */
     float three[3][16];                     /* rti_f16_corners of a, a + 1, a + 2, each z */

@@ -233,6 +233,16 @@ static void check_halves(const float a[16], const uint32_t at[4], uint32_t lanes
     }
 }
 
+/* How many chosen lanes are before each chosen one; no number in chosen lanes. */
+static void check_ranks(const float a[16], uint32_t bits, uint32_t lanes, const simd_packed *p)
+{
+    for (uint32_t i = 0u; i < lanes; i++) {
+        if (bits >> i & 1u)
+            assert_int_equal(p->ranks[i], (uint32_t)__builtin_popcount(bits & ((1u << i) - 1u)));
+        assert_true(bits >> i & 1u ? p->unless[i] != p->unless[i] : same(p->unless[i], a[i]));
+    }
+}
+
 /* Chosen lanes dealt to eight rows. */
 static void check_places(uint32_t bits, const uint32_t numbers[8], uint32_t lanes, const simd_packed *p)
 {
@@ -304,6 +314,7 @@ static void packed(int (*probe)(const float a[16], uint32_t bits, const uint32_t
         check_records(a, bits, at, (uint32_t)lanes, &p);
         check_halves(a, at, (uint32_t)lanes, &p);
         check_places(bits, numbers, (uint32_t)lanes, &p);
+        check_ranks(a, bits, (uint32_t)lanes, &p);
         if (lanes < 16)
             continue;
         check_sixteen(a, bits, &p);
