@@ -102,8 +102,8 @@ RTI_VEC rtk_u32 stream_slots_there(const stream *s, const rtk_bvhnode *n)
 #define STREAM_REGION 32u /* rays of a list from which on it is asked for, */
 #define STREAM_THERE  6   /* and slots up to which eight rays at a time meet one */
 
-/* The slots `there`: which of a list's rays enter each, to a->slots. Returns
- * which are entered. */
+/* The slots `there`: which of a list's rays enter each, to a->slots; behind the last ray's eight a word's other half is as it was.
+ * Returns which are entered. */
 RTI_VEC rtk_u32 stream_open_some(streams *a, const stream *s, const rtk_bvhnode *n, rtk_u32 there, const uint16_t *ids,
                                  rtk_u32 size)
 {

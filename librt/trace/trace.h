@@ -59,7 +59,7 @@ typedef struct rti_soon {
 /* What batches have told of those to come, of the same scene: it costs or saves time, never a hit. */
 typedef struct rti_learned {
     uint32_t octants;  /* so many batches of closest hits that are not coherent do better by octants (bvh_stream_mix.h) */
-    uint32_t apart[2]; /* coherent rays, of closest and of any hits: so many behind a pencil do better as others (pencil.h), */
+    uint32_t apart[2]; /* coherent rays, of closest and of any hits: so many behind the last do better as others (bvh_learn.h), */
     uint32_t left[2];  /* and so many of those are still to come */
 } rti_learned;
 

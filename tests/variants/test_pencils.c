@@ -301,6 +301,14 @@ static void test_small(void **state)
     with_mesh(&m, 1.0f, 0.0f, "globe", 60);
 }
 
+static void dense_globe(test_world *w, test_mesh *m, rt_context *ctx)
+{
+    test_mesh_globe(m, 200);
+    test_world_init(w, ctx);
+    test_world_mesh(w, 0, m, 0xffffffffu);
+    assert_int_equal(test_world_commit(w, &(rti_build_settings){.builder = RTI_BUILD_KD_BINNED}), RT_OK);
+}
+
 /* Where few rays come to a leaf, pencils give way to streams. */
 static void test_scattered(void **state)
 {
@@ -308,10 +316,7 @@ static void test_scattered(void **state)
     test_mesh m = {0};
     test_world w;
     (void)state;
-    test_mesh_globe(&m, 200);
-    test_world_init(&w, ctx);
-    test_world_mesh(&w, 0, &m, 0xffffffffu);
-    assert_int_equal(test_world_commit(&w, &(rti_build_settings){.builder = RTI_BUILD_KD_BINNED}), RT_OK);
+    dense_globe(&w, &m, ctx);
     double parts[WAYS];
     sweep(&w, 2, MOST, "dense globe", 0, parts);
     for (int way = LIGHT; way <= CAMERA; way += CAMERA - LIGHT)
@@ -462,10 +467,7 @@ static void test_learned(void **state)
     test_parts parts;
     test_world w;
     (void)state;
-    test_mesh_globe(&m, 200);
-    test_world_init(&w, ctx);
-    test_world_mesh(&w, 0, &m, 0xffffffffu);
-    assert_int_equal(test_world_commit(&w, &(rti_build_settings){.builder = RTI_BUILD_KD_BINNED}), RT_OK);
+    dense_globe(&w, &m, ctx);
     learned(&w, "dense globe, learned");
     test_world_free(&w);
     test_mesh_free(&m);
