@@ -13,6 +13,7 @@
  *   rti_mN_and(a, b)  _or(a, b)  _andnot(a, b)        a and not b
  *   rti_mN_bits(m)  _of(bits)                         lane i is bit i
  *   rti_f4_take(p, lanes)                             p[lanes[i]] in lane i, numbers below 4
+ *   rti_f4_words(p, q, r, s)                          the words there, of whatever type
  *   rti_f8_two(p, q)                                  p[0] to p[3] and q[0] to q[3], where there is rti_f8; likewise
  *   rti_f8_both(p, q)  _low(a)  _high(a)              p and q; the first four lanes of a, and the others
  *   rti_f8_lows(a, b)  _highs(a, b)                   the first four of a and of b, and the others
@@ -125,6 +126,15 @@ typedef int64_t rti_mix8 __attribute__((vector_size(32)));
 #define RTI_MIX(a, b, i, j, k, l)  __builtin_shuffle(a, b, (rti_mix){i, j, k, l})
 #define RTI_MIX8(a, b, i, j, k, l) __builtin_shuffle(a, b, (rti_mix8){i, j, k, l})
 #endif
+RTI_VEC rti_f4 rti_f4_words(const void *p, const void *q, const void *r, const void *s)
+{
+    float a, b, c, d;
+    memcpy(&a, p, sizeof a);
+    memcpy(&b, q, sizeof b);
+    memcpy(&c, r, sizeof c);
+    memcpy(&d, s, sizeof d);
+    return (rti_f4){a, b, c, d};
+}
 typedef uint64_t rti_sum __attribute__((vector_size(32), aligned(8), may_alias));
 RTI_VEC void rti_sum_add(uint64_t *p, const rti_sum *a)
 {

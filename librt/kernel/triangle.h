@@ -169,16 +169,20 @@ RTK_FN int rtk_edges_normal(rtk_vec3 e, rtk_vec3 f, rtk_vec3 *n)
     return rtk_maxabs(*n) > 0.03125f * (rtk_maxabs(e) * rtk_maxabs(f));
 }
 
+/* That of edges of which it may not: error below 2^-23 in each component. */
+RTK_FN rtk_vec3 rtk_edges_normal_exact(rtk_vec3 e, rtk_vec3 f)
+{
+    return rtk_v3(rtk_diff_products(e.y, f.z, e.z, f.y), rtk_diff_products(e.z, f.x, e.x, f.z),
+                  rtk_diff_products(e.x, f.y, e.y, f.x));
+}
+
 /* Geometric normal by the right-hand rule over the vertices' order, not normalised; zero when degenerate. Where little cancels,
  * plain products do; slivers take doubled floats. */
 RTK_FN rtk_vec3 rtk_tri_normal(RT_GLOBAL const rtk_tri *tri)
 {
     rtk_vec3 a = rtk_v3(tri->v0[0], tri->v0[1], tri->v0[2]), b = rtk_v3(tri->v1[0], tri->v1[1], tri->v1[2]);
     rtk_vec3 c = rtk_v3(tri->v2[0], tri->v2[1], tri->v2[2]), e = rtk_sub(b, a), f = rtk_sub(c, a), n;
-    if (rtk_edges_normal(e, f, &n))
-        return n;
-    return rtk_v3(rtk_diff_products(e.y, f.z, e.z, f.y), rtk_diff_products(e.z, f.x, e.x, f.z),
-                  rtk_diff_products(e.x, f.y, e.y, f.x));
+    return rtk_edges_normal(e, f, &n) ? n : rtk_edges_normal_exact(e, f);
 }
 
 #endif

@@ -151,57 +151,35 @@ static inline void rti_push_lanes(rti_worker *w, const rti_sheaf *c, const rti_l
     w->counts.rays[kind] += (uint32_t)__builtin_popcount(lanes);
     for (uint32_t l = lanes; l != 0; l &= l - 1)
         w->slots[c->home[__builtin_ctz(l)] >> w->frame->slot_shift].live++;
-#ifdef RTI_PACK
     while (lanes != 0) {
-        const uint32_t k = w->stack.count % RTK_BLOCK, some = rti_first(lanes, RTK_BLOCK - k);
+        const uint32_t before = (uint32_t)__builtin_popcount(lanes);
+        const rti_places places = rti_places_of(w->stack.count % RTK_BLOCK, &lanes), *to = &places;
         rtk_trace_block *t = &w->stack.trace[w->stack.count / RTK_BLOCK];
         rtk_path_block *p = &w->stack.path[w->stack.count / RTK_BLOCK];
-        rti_put_row(t->ox, k, some, s->ox);
-        rti_put_row(t->oy, k, some, s->oy);
-        rti_put_row(t->oz, k, some, s->oz);
-        rti_put_row(t->dx, k, some, s->dx);
-        rti_put_row(t->dy, k, some, s->dy);
-        rti_put_row(t->dz, k, some, s->dz);
-        rti_put_all(t->tmin, k, some, rtk_bits(0.0f));
-        rti_put_all(t->tmax, k, some, rtk_bits(RTK_INF));
-        rti_put_all(t->mask, k, some, mask);
-        rti_put_row(p->tpr, k, some, s->tr);
-        rti_put_row(p->tpg, k, some, s->tg);
-        rti_put_row(p->tpb, k, some, s->tb);
-        rti_put_row(p->pixel, k, some, s->pixel);
-        rti_put_row(p->sample, k, some, s->sample);
-        rti_put_all(p->depth_kind, k, some, depth_kind);
-        rti_put_row(p->key_lo, k, some, s->key_lo);
-        rti_put_row(p->key_hi, k, some, s->key_hi);
-        rti_put_row(p->eta, k, some, s->eta);
-        rti_put_row(p->width, k, some, c->footprint);
-        rti_put_row(p->spread, k, some, s->spread);
-        rti_put_row(p->pdf, k, some, s->pdf);
-        rti_put_row(w->stack.home[w->stack.count / RTK_BLOCK].home, k, some, c->home);
-        w->stack.count += (uint32_t)__builtin_popcount(some);
-        lanes &= ~some;
+        rti_put_row(t->ox, to, s->ox);
+        rti_put_row(t->oy, to, s->oy);
+        rti_put_row(t->oz, to, s->oz);
+        rti_put_row(t->dx, to, s->dx);
+        rti_put_row(t->dy, to, s->dy);
+        rti_put_row(t->dz, to, s->dz);
+        rti_put_all(t->tmin, to, rtk_bits(0.0f));
+        rti_put_all(t->tmax, to, rtk_bits(RTK_INF));
+        rti_put_all(t->mask, to, mask);
+        rti_put_row(p->tpr, to, s->tr);
+        rti_put_row(p->tpg, to, s->tg);
+        rti_put_row(p->tpb, to, s->tb);
+        rti_put_row(p->pixel, to, s->pixel);
+        rti_put_row(p->sample, to, s->sample);
+        rti_put_all(p->depth_kind, to, depth_kind);
+        rti_put_row(p->key_lo, to, s->key_lo);
+        rti_put_row(p->key_hi, to, s->key_hi);
+        rti_put_row(p->eta, to, s->eta);
+        rti_put_row(p->width, to, c->footprint);
+        rti_put_row(p->spread, to, s->spread);
+        rti_put_row(p->pdf, to, s->pdf);
+        rti_put_row(w->stack.home[w->stack.count / RTK_BLOCK].home, to, c->home);
+        w->stack.count += before - (uint32_t)__builtin_popcount(lanes);
     }
-#else
-    for (; lanes != 0; lanes &= lanes - 1) {
-        const uint32_t k = (uint32_t)__builtin_ctz(lanes);
-        const rti_ray_state state = {
-            .tp = rtk_v3(s->tr[k], s->tg[k], s->tb[k]),
-            .pixel = s->pixel[k],
-            .sample = s->sample[k],
-            .depth = depth_kind & 0xffffu,
-            .kind = kind,
-            .key_lo = s->key_lo[k],
-            .key_hi = s->key_hi[k],
-            .eta = s->eta[k],
-            .width = c->footprint[k],
-            .spread = s->spread[k],
-            .pdf = s->pdf[k],
-            .home = c->home[k],
-        };
-        rti_put_ray(&w->stack, w->stack.count++, rtk_v3(s->ox[k], s->oy[k], s->oz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]), mask,
-                    &state);
-    }
-#endif
 }
 
 /* Rays leave the surface on the side that they point to. */

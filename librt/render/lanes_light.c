@@ -9,8 +9,9 @@
 
 #define LIT(row) rti_lit_from(w, RTI_LIT_##row, at)
 
-/* `type` is a constant of the caller: no lane asks for it. */
-static inline void towards(const rti_worker *w, const rtk_light *light, uint32_t type, uint32_t at, rti_shadow_lanes *s)
+/* `type`, and whether the light has a body, are constants of the caller: no lane asks for them. */
+static inline void towards(const rti_worker *w, const rtk_light *light, uint32_t type, bool body, uint32_t at,
+                           rti_shadow_lanes *s)
 {
     const rtk_light l = *light;
     const float *px = LIT(PX), *py = LIT(PY), *pz = LIT(PZ), *error = LIT(ERROR);
@@ -20,7 +21,7 @@ static inline void towards(const rti_worker *w, const rtk_light *light, uint32_t
         rtk_vec3 p = rtk_v3(px[k], py[k], pz[k]), n = rtk_v3(nx[k], ny[k], nz[k]), g = rtk_v3(gx[k], gy[k], gz[k]), org;
         rtk_light_sample toward = type == RTK_LIGHT_POINT ? rtk_light_point(&l, p) : rtk_light_directional(&l);
         float cosine = rtk_dot3(n, toward.dir);
-        float reach = l.body_radius > 0.0f ? rtk_light_reach_body(&l, p, toward) : toward.distance;
+        float reach = body ? rtk_light_reach_body(&l, p, toward) : toward.distance;
         int seen = !rtk_light_behind_flat(&l, type, p, n), above = !rtk_light_behind_flat(&l, type, p, g);
         int front = cosine > 0.0f, over = rtk_dot3(g, toward.dir) > 0.0f;
         s->goes[k] = (uint32_t)(seen & above & front & over);
@@ -41,12 +42,17 @@ static inline void towards(const rti_worker *w, const rtk_light *light, uint32_t
 
 RTI_LANES_FN static void towards_point(const rti_worker *w, const rtk_light *light, uint32_t at, rti_shadow_lanes *s)
 {
-    towards(w, light, RTK_LIGHT_POINT, at, s);
+    towards(w, light, RTK_LIGHT_POINT, false, at, s);
+}
+
+RTI_LANES_FN static void towards_lamp(const rti_worker *w, const rtk_light *light, uint32_t at, rti_shadow_lanes *s)
+{
+    towards(w, light, RTK_LIGHT_POINT, true, at, s);
 }
 
 RTI_LANES_FN static void towards_sun(const rti_worker *w, const rtk_light *light, uint32_t at, rti_shadow_lanes *s)
 {
-    towards(w, light, RTK_LIGHT_DIRECTIONAL, at, s);
+    towards(w, light, RTK_LIGHT_DIRECTIONAL, false, at, s);
 }
 
 RTI_LANES_FN static void weigh(const rti_worker *w, uint32_t at, rti_shadow_lanes *s)
@@ -64,10 +70,12 @@ void RTI_ISA_FN(rti_lanes_shine)(rti_worker *w, uint32_t index)
     }
     for (uint32_t at = 0; at < w->lit_count && !rti_cancelled(w->frame->cancel); at += RTK_BLOCK) {
         uint32_t n = w->lit_count - at < RTK_BLOCK ? w->lit_count - at : RTK_BLOCK;
-        if (light->type == RTK_LIGHT_POINT)
-            towards_point(w, light, at, &s);
-        else
+        if (light->type == RTK_LIGHT_DIRECTIONAL)
             towards_sun(w, light, at, &s);
+        else if (light->body_radius > 0.0f)
+            towards_lamp(w, light, at, &s);
+        else
+            towards_point(w, light, at, &s);
         weigh(w, at, &s);
         if (w->frame->set.desc.shadows)
             rti_queue_lanes(w, index, NULL, at, rti_lanes_of(s.goes, n), &s);

@@ -1,5 +1,5 @@
 /* Rows between blocks and sheaves, for lanes_*.c: of rays that lie here and there, and of chosen lanes that go side by side. Rows
- * are words, whatever their type. With AVX-512 they move whole, elsewhere word by word. */
+ * are words, whatever their type. With AVX-512 they move whole, elsewhere by fours. */
 #ifndef RTI_LANES_ROWS_H
 #define RTI_LANES_ROWS_H
 
@@ -8,25 +8,30 @@
 #include "../base/simd.h"
 #include "lanes.h"
 
+#define RTI_ROW_SIZE (RTK_BLOCK * sizeof(uint32_t))
+
 /* As many rows as `rows`, one behind the other, of a sheaf's rays. from: those of the batch's block 0; size: bytes from there to
  * those of block 1. */
 static inline void rti_take_rows(const rti_sheaf *c, const void *from, size_t size, uint32_t rows, void *to)
 {
-    for (uint32_t r = 0; r < rows; r++) {
-        const char *row = (const char *)from + r * RTK_BLOCK * sizeof(uint32_t);
-        char *all = (char *)to + r * RTK_BLOCK * sizeof(uint32_t);
 #ifdef RTI_PACK
+    for (uint32_t r = 0; r < rows; r++) {
+        const char *row = (const char *)from + r * RTI_ROW_SIZE;
         rti_f16 words = rti_f16_set(0.0f);
         for (uint32_t i = 0; i < c->block_count; i++)
             words = rti_f16_mix(words, c->lanes[i], rti_f16_load((const float *)(const void *)(row + c->block[i] * size)),
                                 rti_i16_load(c->ray));
-        rti_f16_store((float *)(void *)all, words);
-#else
-        for (uint32_t k = 0; k < RTK_BLOCK; k++)
-            memcpy(all + k * sizeof(uint32_t), row + c->ray[k] / RTK_BLOCK * size + c->ray[k] % RTK_BLOCK * sizeof(uint32_t),
-                   sizeof(uint32_t));
-#endif
+        rti_f16_store((float *)(void *)((char *)to + r * RTI_ROW_SIZE), words);
     }
+#else
+    for (uint32_t k = 0; k < RTK_BLOCK; k += 4) {
+        const char *p[4];
+        for (uint32_t i = 0; i < 4; i++)
+            p[i] = (const char *)from + c->ray[k + i] / RTK_BLOCK * size + c->ray[k + i] % RTK_BLOCK * sizeof(uint32_t);
+        for (uint32_t at = 0; at < rows * RTI_ROW_SIZE; at += RTI_ROW_SIZE)
+            rti_f4_store((float *)(void *)((char *)to + at) + k, rti_f4_words(p[0] + at, p[1] + at, p[2] + at, p[3] + at));
+    }
+#endif
 }
 
 /* Of a row of 0 and 1 the first n as bits. */
@@ -49,18 +54,64 @@ static inline void rti_note_points(rti_worker *w, const rti_sheaf *c)
 }
 _Static_assert(RTI_LIT_PX == 0 && RTI_LIT_ERROR == 3 && RTI_LIT_NX == 4 && RTI_LIT_GX == 7 && RTI_LIT_GZ == 9, "their order");
 
+/* Where chosen lanes of rows go: from place k of a block's rows on, side by side. */
+typedef struct rti_places {
 #ifdef RTI_PACK
-/* Chosen lanes of a row, side by side, from place k of another on. */
-static inline void rti_put_row(void *to, uint32_t k, uint32_t lanes, const void *row)
+    uint32_t k, lanes;
+#else
+    uint32_t lane[RTK_BLOCK]; /* that goes to each place of [first, end); they begin and end with fours */
+    uint32_t first, end;
+    rti_m4 kept; /* of the first four those before k */
+#endif
+} rti_places;
+
+/* Of `lanes` the lowest that a block has room for. There is at least one. */
+static inline rti_places rti_places_of(uint32_t k, uint32_t *lanes)
 {
-    rti_f16_put((float *)to + k, lanes, rti_f16_load(row));
+    rti_places p;
+#ifdef RTI_PACK
+    p.k = k;
+    p.lanes = rti_first(*lanes, RTK_BLOCK - k);
+    *lanes &= ~p.lanes;
+#else
+    p.first = k & ~3u;
+    p.kept = rti_m4_of((1u << (k & 3u)) - 1);
+    for (uint32_t i = p.first; i < k; i++)
+        p.lane[i] = 0;
+    for (; *lanes != 0 && k < RTK_BLOCK; *lanes &= *lanes - 1)
+        p.lane[k++] = (uint32_t)__builtin_ctz(*lanes);
+    for (p.end = k; p.end & 3u; p.end++)
+        p.lane[p.end] = p.lane[k - 1];
+#endif
+    return p;
+}
+
+static inline void rti_put_row(void *to, const rti_places *p, const void *row)
+{
+#ifdef RTI_PACK
+    rti_f16_put((float *)to + p->k, p->lanes, rti_f16_load(row));
+#else
+    for (uint32_t i = p->first; i < p->end; i += 4) {
+        float *four = (float *)to + i;
+        const uint32_t *from = row, *lane = p->lane + i;
+        const rti_f4 words = rti_f4_words(from + lane[0], from + lane[1], from + lane[2], from + lane[3]);
+        rti_f4_store(four, i == p->first ? rti_f4_select(p->kept, rti_f4_load(four), words) : words);
+    }
+#endif
 }
 
 /* As many times `word`. */
-static inline void rti_put_all(void *to, uint32_t k, uint32_t lanes, uint32_t word)
+static inline void rti_put_all(void *to, const rti_places *p, uint32_t word)
 {
-    rti_f16_put((float *)to + k, lanes, rti_f16_set(rtk_float(word)));
-}
+#ifdef RTI_PACK
+    rti_f16_put((float *)to + p->k, p->lanes, rti_f16_set(rtk_float(word)));
+#else
+    const rti_f4 words = rti_f4_set(rtk_float(word));
+    for (uint32_t i = p->first; i < p->end; i += 4) {
+        float *four = (float *)to + i;
+        rti_f4_store(four, i == p->first ? rti_f4_select(p->kept, rti_f4_load(four), words) : words);
+    }
 #endif
+}
 
 #endif

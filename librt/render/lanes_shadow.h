@@ -103,47 +103,30 @@ static inline void rti_queue_block(rti_worker *w, uint32_t at, const rti_shadow_
     q->count += RTK_BLOCK;
 }
 
-#ifdef RTI_PACK
 /* Some lanes behind those that are queued, in one block or two. */
 static inline void rti_queue_some(rti_worker *w, uint32_t at, uint32_t lanes, const rti_shadow_lanes *s)
 {
     rti_shadows *q = &w->shadows;
     while (lanes != 0) {
-        const uint32_t k = q->count % RTK_BLOCK, some = rti_first(lanes, RTK_BLOCK - k);
+        const uint32_t before = (uint32_t)__builtin_popcount(lanes);
+        const rti_places places = rti_places_of(q->count % RTK_BLOCK, &lanes), *to = &places;
         rtk_trace_block *t = &q->trace[q->count / RTK_BLOCK];
         rti_pending_block *p = &q->pending[q->count / RTK_BLOCK];
-        rti_put_row(t->ox, k, some, s->ox);
-        rti_put_row(t->oy, k, some, s->oy);
-        rti_put_row(t->oz, k, some, s->oz);
-        rti_put_row(t->dx, k, some, s->dx);
-        rti_put_row(t->dy, k, some, s->dy);
-        rti_put_row(t->dz, k, some, s->dz);
-        rti_put_all(t->tmin, k, some, 0);
-        rti_put_row(t->tmax, k, some, s->tmax);
-        rti_put_all(t->mask, k, some, RT_MASK_SHADOW);
-        rti_put_row(p->r, k, some, s->c.r);
-        rti_put_row(p->g, k, some, s->c.g);
-        rti_put_row(p->b, k, some, s->c.b);
-        rti_put_row(p->home, k, some, w->lit_home + at);
-        q->count += (uint32_t)__builtin_popcount(some);
-        lanes &= ~some;
+        rti_put_row(t->ox, to, s->ox);
+        rti_put_row(t->oy, to, s->oy);
+        rti_put_row(t->oz, to, s->oz);
+        rti_put_row(t->dx, to, s->dx);
+        rti_put_row(t->dy, to, s->dy);
+        rti_put_row(t->dz, to, s->dz);
+        rti_put_all(t->tmin, to, 0);
+        rti_put_row(t->tmax, to, s->tmax);
+        rti_put_all(t->mask, to, RT_MASK_SHADOW);
+        rti_put_row(p->r, to, s->c.r);
+        rti_put_row(p->g, to, s->c.g);
+        rti_put_row(p->b, to, s->c.b);
+        rti_put_row(p->home, to, w->lit_home + at);
+        q->count += before - (uint32_t)__builtin_popcount(lanes);
     }
-}
-#endif
-
-/* Together, where there is a way; the queue has room. */
-static inline bool rti_queue_whole(rti_worker *w, uint32_t at, uint32_t lanes, const rti_shadow_lanes *s)
-{
-    if (lanes == 0xffffu && w->shadows.count % RTK_BLOCK == 0) {
-        rti_queue_block(w, at, s);
-        return true;
-    }
-#ifdef RTI_PACK
-    rti_queue_some(w, at, lanes, s);
-    return true;
-#else
-    return false;
-#endif
 }
 
 /* Lanes of points [at, at + 16) ask whether anything is between. light: that they go to, or RTI_LIGHT_MIXED: then `lights` has
@@ -152,9 +135,14 @@ static inline void rti_queue_lanes(rti_worker *w, uint32_t light, const uint32_t
                                    const rti_shadow_lanes *s)
 {
     rti_shadows *q = &w->shadows;
-    if (q->capacity - q->count > RTK_BLOCK && !w->frame->moving && rti_queue_whole(w, at, lanes, s)) {
-        if (lanes != 0)
-            q->light = q->light == RTK_INVALID || q->light == light ? light : RTI_LIGHT_MIXED;
+    if (lanes == 0)
+        return;
+    if (q->capacity - q->count > RTK_BLOCK && !w->frame->moving) {
+        if (lanes == 0xffffu && q->count % RTK_BLOCK == 0)
+            rti_queue_block(w, at, s);
+        else
+            rti_queue_some(w, at, lanes, s);
+        q->light = q->light == RTK_INVALID || q->light == light ? light : RTI_LIGHT_MIXED;
         return;
     }
     for (uint32_t k = 0; k < RTK_BLOCK; k++)

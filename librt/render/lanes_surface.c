@@ -27,11 +27,22 @@ static rtk_vec3 corner3(const corners *v, uint32_t i, uint32_t k)
 /* Large triangles fill whole sheaves. */
 static void load_vertices(const rtk_group *g, const rti_sheaf *c, corners *v)
 {
-    uint32_t at[RTK_BLOCK] RTI_ROW, differ = 0;
+    uint32_t at[RTK_BLOCK] RTI_ROW, first[RTK_BLOCK] RTI_ROW, others = 0, differ = 0;
     RTI_EACH_LANE(k)
-    at[k] = g->geoms[c->geom[k]].first + c->prim[k];
+    others |= c->geom[k] ^ c->geom[0];
+    if (others == 0) {
+        const uint32_t of_all = g->geoms[c->geom[0]].first;
+        RTI_EACH_LANE(k)
+        first[k] = of_all;
+    } else {
+        for (uint32_t k = 0; k < RTK_BLOCK; k++)
+            first[k] = g->geoms[c->geom[k]].first;
+    }
     RTI_EACH_LANE(k)
-    differ |= at[k] ^ at[0];
+    {
+        at[k] = first[k] + c->prim[k];
+        differ |= at[k] ^ (first[0] + c->prim[0]);
+    }
     if (differ == 0) {
         const rtk_tri t = g->tris[at[0]];
         const float *from = t.v0; /* the nine of its corners stand in a row */
@@ -69,15 +80,19 @@ static void load_attribute(const rtk_group *g, const rti_sheaf *c, size_t offset
     }
 }
 
-RTI_LANES_FN static void mesh(const rtk_group *g, rti_sheaf *c, float *area)
+/* slivers, a constant of the caller: some lanes' normals take doubled floats. */
+static inline void flat(const corners *v, bool slivers, rti_sheaf *c, float *area)
 {
-    corners v;
-    load_vertices(g, c, &v);
     RTI_EACH_LANE(k)
     {
-        rtk_vec3 a = corner3(&v, 0, k), p, n;
-        rtk_vec3 e1 = rtk_sub(corner3(&v, 1, k), a), e2 = rtk_sub(corner3(&v, 2, k), a);
+        rtk_vec3 a = corner3(v, 0, k), p, n;
+        rtk_vec3 e1 = rtk_sub(corner3(v, 1, k), a), e2 = rtk_sub(corner3(v, 2, k), a);
         int plain = rtk_edges_normal(e1, e2, &n);
+        if (slivers) {
+            const rtk_vec3 exact = rtk_edges_normal_exact(e1, e2);
+            n = rtk_v3(plain ? n.x : exact.x, plain ? n.y : exact.y, plain ? n.z : exact.z);
+            plain = 1;
+        }
         c->error[k] = rtk_mesh_point(a, e1, e2, c->u[k], c->v[k], &p);
         c->px[k] = p.x;
         c->py[k] = p.y;
@@ -89,6 +104,34 @@ RTI_LANES_FN static void mesh(const rtk_group *g, rti_sheaf *c, float *area)
         c->gy[k] = n.y;
         c->gz[k] = n.z;
     }
+}
+
+RTI_LANES_FN static void flat_plain(const corners *v, rti_sheaf *c, float *area)
+{
+    flat(v, false, c, area);
+}
+
+RTI_LANES_FN static void flat_slivers(const corners *v, rti_sheaf *c, float *area)
+{
+    flat(v, true, c, area);
+}
+
+/* Lanes that are not plain. */
+static bool some_rare(const rti_sheaf *c)
+{
+    uint32_t rare = 0;
+    RTI_EACH_LANE(k)
+    rare |= !c->plain[k];
+    return rare != 0;
+}
+
+static void mesh(const rtk_group *g, rti_sheaf *c, float *area)
+{
+    corners v;
+    load_vertices(g, c, &v);
+    flat_plain(&v, c, area);
+    if (some_rare(c))
+        flat_slivers(&v, c, area);
 }
 
 /* A geometry without normals has zeros, which give the geometric one. */
@@ -316,6 +359,8 @@ static void no_tints(rti_sheaf *c)
 /* Lanes that are not plain, by the scalar function. */
 static void tell(const rti_worker *w, rti_sheaf *c)
 {
+    if (!some_rare(c))
+        return;
     for (uint32_t k = 0; k < c->count; k++) {
         rtk_surface s;
         if (c->plain[k])

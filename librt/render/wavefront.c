@@ -91,35 +91,6 @@ void rti_worker_begin(rti_worker *worker)
 
 /* ---- the stack ---- */
 
-void rti_put_ray(rti_rays *rays, uint32_t i, rtk_vec3 org, rtk_vec3 dir, uint32_t mask, const rti_ray_state *s)
-{
-    rtk_trace_block *t = &rays->trace[i / RTK_BLOCK];
-    rtk_path_block *p = &rays->path[i / RTK_BLOCK];
-    uint32_t k = i % RTK_BLOCK;
-    t->ox[k] = org.x;
-    t->oy[k] = org.y;
-    t->oz[k] = org.z;
-    t->dx[k] = dir.x;
-    t->dy[k] = dir.y;
-    t->dz[k] = dir.z;
-    t->tmin[k] = 0.0f;
-    t->tmax[k] = RTK_INF;
-    t->mask[k] = mask;
-    p->tpr[k] = s->tp.x;
-    p->tpg[k] = s->tp.y;
-    p->tpb[k] = s->tp.z;
-    p->pixel[k] = s->pixel;
-    p->sample[k] = s->sample;
-    p->depth_kind[k] = s->depth | s->kind << 16;
-    p->key_lo[k] = s->key_lo;
-    p->key_hi[k] = s->key_hi;
-    p->eta[k] = s->eta;
-    p->width[k] = s->width;
-    p->spread[k] = s->spread;
-    p->pdf[k] = s->pdf;
-    rays->home[i / RTK_BLOCK].home[k] = s->home;
-}
-
 /* Moves the top of the stack, whole blocks of it and at most `room` rays, behind the batch's first `first` rays. */
 static uint32_t take_from_stack(rti_worker *w, uint32_t first, uint32_t room)
 {

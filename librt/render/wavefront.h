@@ -218,9 +218,6 @@ static inline void rti_cover(rti_worker *w, uint32_t home)
 /* A value of a RAW integrator: kept as floats. */
 void rti_set_raw(rti_worker *worker, uint32_t home, rtk_vec3 value);
 
-/* Ray i of some. */
-void rti_put_ray(rti_rays *rays, uint32_t i, rtk_vec3 org, rtk_vec3 dir, uint32_t mask, const rti_ray_state *state);
-
 /* shadow.c. Queues a ray that brings c to the film unless something is between tmin = 0 and tmax; flushes when full. light:
  * index, to know which rays go to one point. */
 void rti_shadow(rti_worker *worker, uint32_t light, rtk_vec3 org, rtk_vec3 dir, float tmax, rtk_vec3 c, uint32_t home,
