@@ -178,17 +178,38 @@ RTK_FN rtk_u32 rtk_vertex_seed(rtk_u32 seed, rtk_u32 pixel, rtk_key key)
     return rtk_hash2(rtk_hash2(rtk_hash2(seed, pixel), key.lo), key.hi);
 }
 
-/* The place of the index-th sample in the sequence that the dimensions of dim's group share. */
-RTK_FN rtk_u32 rtk_shuffled(rtk_u32 vertex_seed, rtk_u32 index, rtk_u32 dim)
+/* Seeds of a vertex that do not depend on the sample: of the order that the dimensions of dim's group share, and of a dimension. */
+RTK_FN rtk_u32 rtk_order_seed(rtk_u32 vertex_seed, rtk_u32 dim)
 {
-    return rtk_reverse(rtk_owen_reversed(rtk_reverse(index), rtk_hash2(vertex_seed, dim >> 3)));
+    return rtk_hash2(vertex_seed, dim >> 3);
+}
+
+RTK_FN rtk_u32 rtk_number_seed(rtk_u32 vertex_seed, rtk_u32 dim)
+{
+    return rtk_hash2(vertex_seed, dim + 0x10000u);
+}
+
+/* The place of the index-th sample in the sequence of that order. */
+RTK_FN rtk_u32 rtk_shuffled_by(rtk_u32 order_seed, rtk_u32 index)
+{
+    return rtk_reverse(rtk_owen_reversed(rtk_reverse(index), order_seed));
 }
 
 /* The number of dimension dim at that place. */
+RTK_FN rtk_u32 rtk_scrambled_by(rtk_u32 number_seed, rtk_u32 shuffled, rtk_u32 dim)
+{
+    return rtk_reverse(rtk_owen_reversed(rtk_sobol_reversed(shuffled, rtk_umin(dim & 7u, 4u)), number_seed));
+}
+
+/* Both, with their seeds. */
+RTK_FN rtk_u32 rtk_shuffled(rtk_u32 vertex_seed, rtk_u32 index, rtk_u32 dim)
+{
+    return rtk_shuffled_by(rtk_order_seed(vertex_seed, dim), index);
+}
+
 RTK_FN rtk_u32 rtk_scrambled(rtk_u32 vertex_seed, rtk_u32 shuffled, rtk_u32 dim)
 {
-    rtk_u32 reversed = rtk_sobol_reversed(shuffled, rtk_umin(dim & 7u, 4u));
-    return rtk_reverse(rtk_owen_reversed(reversed, rtk_hash2(vertex_seed, dim + 0x10000u)));
+    return rtk_scrambled_by(rtk_number_seed(vertex_seed, dim), shuffled, dim);
 }
 
 /* The index-th number of a dimension (RTK_DIM_*) at a vertex: 32 random bits, of which the leading ones are stratified. */

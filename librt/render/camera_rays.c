@@ -128,7 +128,7 @@ static uint32_t emit(rti_worker *w, const rti_pixel_group *g, uint32_t at)
     rtk_path_block path, *p = whole ? &w->batch.path[b] : &path;
     rti_home_block home, *h = whole ? &w->batch.home[b] : &home;
     float px[RTK_BLOCK] RTI_ROW, py[RTK_BLOCK] RTI_ROW;
-    f->lanes->camera(f, g, whole && b < w->camera_blocks, t, p, h, px, py);
+    f->lanes->camera(f, g, whole && b < w->camera_blocks, &w->pixels, t, p, h, px, py);
     if (f->lens_varies)
         emit_varying(f, t, p, px, py);
     if (whole) {

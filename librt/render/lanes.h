@@ -95,9 +95,9 @@ typedef struct rti_pixel_group {
 /* Of one instruction set. */
 struct rti_lanes {
     /* The rays of a group's pixels. again: in their place stand others of this camera, with which they share most of their
-     * state. */
-    void (*camera)(const rti_frame *frame, const rti_pixel_group *group, bool again, rtk_trace_block *trace, rtk_path_block *path,
-                   rti_home_block *home, float px[RTK_BLOCK], float py[RTK_BLOCK]);
+     * state. seeds: those of the group before, which become this one's. */
+    void (*camera)(const rti_frame *frame, const rti_pixel_group *group, bool again, rti_pixel_seeds *seeds,
+                   rtk_trace_block *trace, rtk_path_block *path, rti_home_block *home, float px[RTK_BLOCK], float py[RTK_BLOCK]);
     /* Hits [first, first + count) of the batch, of one depth, by kind: misses add the world's light, each sheaf goes to `then`.
      */
     void (*sheaves)(rti_worker *worker, uint32_t first, uint32_t count, rti_sheaf_fn then);

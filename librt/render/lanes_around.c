@@ -1,6 +1,7 @@
 /* Points that ask all around them how open it is there, in lanes. */
 #include "../kernel/sampling.h"
 #include "lanes.h"
+#include "lanes_random.h"
 #include "lanes_shadow.h"
 #include "lanes_table.h"
 
@@ -38,19 +39,19 @@ RTI_LANES_FN static void leave(const rti_worker *w, uint32_t at, float share, rt
     }
 }
 
+RTI_LANES_FN static void seed_pairs(const uint32_t *seed, rti_pair_seeds *pairs)
+{
+    rti_seed_pairs(seed, RTK_DIM_AO_U, pairs);
+}
+
 /* Their directions: those of numbers first[k] + j. */
-RTI_LANES_FN static void spread(const rti_worker *w, uint32_t at, const uint32_t *seed, const uint32_t *first, uint32_t j,
+RTI_LANES_FN static void spread(const rti_worker *w, uint32_t at, const rti_pair_seeds *pairs, const uint32_t *first, uint32_t j,
                                 rti_shadow_lanes *s)
 {
     const float *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
     float x[RTK_BLOCK] RTI_ROW, y[RTK_BLOCK] RTI_ROW;
     uint32_t plain[RTK_BLOCK] RTI_ROW, rare = 0;
-    RTI_EACH_LANE(k)
-    { /* rtk_random2 */
-        uint32_t place = rtk_shuffled(seed[k], first[k] + j, RTK_DIM_AO_U);
-        x[k] = rtk_unit_float(rtk_scrambled(seed[k], place, RTK_DIM_AO_U));
-        y[k] = rtk_unit_float(rtk_scrambled(seed[k], place, RTK_DIM_AO_V));
-    }
+    rti_draw_pairs(pairs, RTK_DIM_AO_U, first, j, x, y);
     RTI_EACH_LANE(k)
     {
         rtk_vec3 dir;
@@ -79,15 +80,17 @@ void RTI_ISA_FN(rti_lanes_around)(rti_worker *w)
 {
     const uint32_t each = w->frame->set.desc.ao_samples;
     uint32_t seed[RTK_BLOCK] RTI_ROW, first[RTK_BLOCK] RTI_ROW;
+    rti_pair_seeds pairs;
     rti_shadow_lanes s;
     for (uint32_t at = 0; at < w->lit_count && !rti_cancelled(w->frame->cancel); at += RTK_BLOCK) {
         const uint32_t n = w->lit_count - at < RTK_BLOCK ? w->lit_count - at : RTK_BLOCK;
         rti_draw_lit(w, at, n, seed, first);
         RTI_EACH_LANE(k)
         first[k] *= each;
+        seed_pairs(seed, &pairs);
         leave(w, at, 1.0f / (float)each, &s);
         for (uint32_t j = 0; j < each; j++) {
-            spread(w, at, seed, first, j, &s);
+            spread(w, at, &pairs, first, j, &s);
             rti_queue_lanes(w, RTI_LIGHT_MIXED, NULL, at, rti_lanes_of(s.goes, n), &s);
         }
     }

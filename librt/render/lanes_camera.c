@@ -1,21 +1,25 @@
 /* Both ends of a ray's life in lanes: where it leaves the camera, and the row of an image that sums become. */
 #include "../kernel/filter.h"
 #include "lanes.h"
+#include "lanes_random.h"
 #include "lanes_table.h"
 
-/* Where in the pixels' filter the rays pass; the single sample of a pixel is its middle. */
-RTI_LANES_FN static void offsets(const rti_frame *f, const uint32_t *pixel, uint32_t sample, float *dx, float *dy)
+RTI_LANES_FN static void seed_pixels(const rti_frame *f, const uint32_t *pixel, rti_pair_seeds *pairs)
 {
     const uint32_t seed = f->seed;
     const rtk_key root = rtk_key_root();
+    uint32_t vertex[RTK_BLOCK] RTI_ROW;
+    RTI_EACH_LANE(k)
+    vertex[k] = rtk_vertex_seed(seed, pixel[k], root);
+    rti_seed_pairs(vertex, RTK_DIM_FILTER_X, pairs);
+}
+
+/* Where in the pixels' filter the rays pass; the single sample of a pixel is its middle. */
+RTI_LANES_FN static void offsets(const rti_frame *f, const rti_pair_seeds *pairs, const uint32_t *sample, float *dx, float *dy)
+{
     const float width = f->set.desc.filter_width;
     float x[RTK_BLOCK] RTI_ROW, y[RTK_BLOCK] RTI_ROW;
-    RTI_EACH_LANE(k)
-    {
-        uint32_t vertex = rtk_vertex_seed(seed, pixel[k], root), at = rtk_shuffled(vertex, sample, RTK_DIM_FILTER_X);
-        x[k] = rtk_unit_float(rtk_scrambled(vertex, at, RTK_DIM_FILTER_X));
-        y[k] = rtk_unit_float(rtk_scrambled(vertex, at, RTK_DIM_FILTER_Y));
-    }
+    rti_draw_pairs(pairs, RTK_DIM_FILTER_X, sample, 0, x, y);
     if (f->set.desc.filter == RT_FILTER_GAUSSIAN) { /* takes a logarithm: lane after lane */
         for (uint32_t k = 0; k < RTK_BLOCK; k++) {
             rtk_uv u = {x[k], y[k]};
@@ -81,8 +85,21 @@ static const uint32_t rows[RTI_GROUP][RTK_BLOCK] RTI_ROW = {{0, 1, 2, 3},
                                                             {0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3},
                                                             {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3}};
 
-void RTI_ISA_FN(rti_lanes_camera)(const rti_frame *f, const rti_pixel_group *group, bool again, rtk_trace_block *trace,
-                                  rtk_path_block *path, rti_home_block *home, float *px, float *py)
+/* A group's samples come one after the other. */
+static const rti_pair_seeds *seeds_of(const rti_frame *f, const rti_pixel_group *g, const uint32_t *pixel, rti_pixel_seeds *s)
+{
+    if (s->x != g->x || s->y != g->y || s->columns != g->columns || s->rows != g->rows) {
+        s->x = g->x;
+        s->y = g->y;
+        s->columns = g->columns;
+        s->rows = g->rows;
+        seed_pixels(f, pixel, &s->pair);
+    }
+    return &s->pair;
+}
+
+void RTI_ISA_FN(rti_lanes_camera)(const rti_frame *f, const rti_pixel_group *group, bool again, rti_pixel_seeds *seeds,
+                                  rtk_trace_block *trace, rtk_path_block *path, rti_home_block *home, float *px, float *py)
 {
     const rti_pixel_group g = *group;
     const uint32_t width = f->set.desc.width, *column = columns[g.columns - 1], *row = rows[g.columns - 1];
@@ -94,7 +111,7 @@ void RTI_ISA_FN(rti_lanes_camera)(const rti_frame *f, const rti_pixel_group *gro
         home->home[k] = g.home + row[k] * g.pitch + column[k];
     }
     if (f->set.samples > 1)
-        offsets(f, path->pixel, g.sample, dx, dy);
+        offsets(f, seeds_of(f, group, path->pixel, seeds), path->sample, dx, dy);
     RTI_EACH_LANE(k)
     { /* signed: a coordinate is below 2^20, and older processors convert nothing else */
         px[k] = (float)(int32_t)(g.x + column[k]) + 0.5f + dx[k];

@@ -4,6 +4,7 @@
 #include "direct.h"
 #include "lanes.h"
 #include "lanes_film.h"
+#include "lanes_random.h"
 #include "lanes_shadow.h"
 #include "lanes_table.h"
 
@@ -190,15 +191,15 @@ RTI_LANES_FN static void pick_lights(const uint32_t *seed, const uint32_t *sampl
     }
 }
 
-/* Number `from` + j of each lane. */
-RTI_LANES_FN static void pick_places(const uint32_t *seed, const uint32_t *from, uint32_t j, lamps *a)
+RTI_LANES_FN static void seed_places(const uint32_t *seed, rti_pair_seeds *pairs)
 {
-    RTI_EACH_LANE(k)
-    { /* rtk_random2 */
-        uint32_t place = rtk_shuffled(seed[k], from[k] + j, RTK_DIM_LIGHT_U);
-        a->u[k] = rtk_unit_float(rtk_scrambled(seed[k], place, RTK_DIM_LIGHT_U));
-        a->v[k] = rtk_unit_float(rtk_scrambled(seed[k], place, RTK_DIM_LIGHT_V));
-    }
+    rti_seed_pairs(seed, RTK_DIM_LIGHT_U, pairs);
+}
+
+/* Number `from` + j of each lane. */
+RTI_LANES_FN static void pick_places(const rti_pair_seeds *pairs, const uint32_t *from, uint32_t j, lamps *a)
+{
+    rti_draw_pairs(pairs, RTK_DIM_LIGHT_U, from, j, a->u, a->v);
 }
 
 /* Chooses each lane's light, where there are several, and where on it. What is not asked of random numbers is not made. */
@@ -208,6 +209,7 @@ static void choose(const rti_worker *w, uint32_t at, uint32_t n, lamps *a)
     const bool several = scene->light_count > 1;
     uint32_t seed[RTK_BLOCK] RTI_ROW, sample[RTK_BLOCK] RTI_ROW;
     float pick[RTK_BLOCK] RTI_ROW;
+    rti_pair_seeds pairs;
     if (!several && a->kinds[RTK_LIGHT_SPHERE] == 0)
         return;
     rti_draw_lit(w, at, n, seed, sample);
@@ -217,8 +219,10 @@ static void choose(const rti_worker *w, uint32_t at, uint32_t n, lamps *a)
             a->index[k] = rtk_light_choose(scene->lights, scene->light_count, pick[k]);
         load_lamps(scene->lights, a);
     }
-    if (a->kinds[RTK_LIGHT_SPHERE] != 0)
-        pick_places(seed, sample, 0, a);
+    if (a->kinds[RTK_LIGHT_SPHERE] != 0) {
+        seed_places(seed, &pairs);
+        pick_places(&pairs, sample, 0, a);
+    }
 }
 
 /* share, scale: as send_type says. Returns the lanes whose lights can be chosen at all. */
@@ -313,6 +317,7 @@ void RTI_ISA_FN(rti_lanes_shine_sphere)(rti_worker *w, uint32_t index)
     const uint32_t each = rti_frame_light_samples(w->frame, light);
     uint32_t seed[RTK_BLOCK] RTI_ROW, sample[RTK_BLOCK] RTI_ROW;
     float share[RTK_BLOCK] RTI_ROW, scale[RTK_BLOCK] RTI_ROW;
+    rti_pair_seeds pairs;
     lamps a;
     samples s;
     same_lamp(index, 1.0f / (float)each, &a, share, scale);
@@ -324,8 +329,9 @@ void RTI_ISA_FN(rti_lanes_shine_sphere)(rti_worker *w, uint32_t index)
             continue;
         rti_draw_lit(w, at, n, seed, sample);
         own_numbers(index, each, seed, sample);
+        seed_places(seed, &pairs);
         for (uint32_t j = 0; j < each; j++) {
-            pick_places(seed, sample, j, &a);
+            pick_places(&pairs, sample, j, &a);
             towards_spheres(w, at, &a, &s);
             send_type(w, at, RTK_LIGHT_SPHERE, lanes, &a, &s, share, scale);
         }

@@ -6,8 +6,8 @@
 #include "lanes.h"
 
 #define RTI_LANES_DECLARE(isa)                                                                                                   \
-    void rti_lanes_camera_##isa(const rti_frame *frame, const rti_pixel_group *group, bool again, rtk_trace_block *trace,        \
-                                rtk_path_block *path, rti_home_block *home, float *px, float *py);                               \
+    void rti_lanes_camera_##isa(const rti_frame *frame, const rti_pixel_group *group, bool again, rti_pixel_seeds *seeds,        \
+                                rtk_trace_block *trace, rtk_path_block *path, rti_home_block *home, float *px, float *py);       \
     void rti_lanes_sheaves_##isa(rti_worker *worker, uint32_t first, uint32_t count, rti_sheaf_fn then);                         \
     void rti_lanes_whitted_##isa(rti_worker *worker, rti_sheaf *sheaf);                                                          \
     void rti_lanes_path_##isa(rti_worker *worker, rti_sheaf *sheaf);                                                             \

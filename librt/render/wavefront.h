@@ -87,6 +87,17 @@ typedef struct rti_worker_counts {
     uint32_t tiles;
 } rti_worker_counts;
 
+/* Seeds of two neighbouring dimensions at a vertex of each lane (rng.h), for all its samples. */
+typedef struct rti_pair_seeds {
+    uint32_t order[RTK_BLOCK], first[RTK_BLOCK], second[RTK_BLOCK];
+} rti_pair_seeds;
+
+/* Those of where camera rays pass a group's pixels: what its samples share. columns: 0 where there are none yet. */
+typedef struct rti_pixel_seeds {
+    uint32_t x, y, columns, rows;
+    rti_pair_seeds pair;
+} rti_pixel_seeds;
+
 typedef struct rti_worker {
     const rti_frame *frame;
     rti_rays stack, batch;
@@ -112,6 +123,7 @@ typedef struct rti_worker {
     /* Where the making of camera rays stands. */
     uint32_t slot; /* RTK_INVALID: no tile open */
     uint32_t group_x, group_y, sample;
+    rti_pixel_seeds pixels;
     bool no_more_tiles;
     bool hold; /* no camera rays for now: the waiting ones are worked down, until a step finds nothing to do */
 
