@@ -345,6 +345,9 @@ typedef struct rtk_scene {
     RT_GLOBAL const rtk_world *world;
     rtk_u32 material_count, texture_count, light_count;
     rtk_u32 flags; /* RTK_SCENE_* */
+    /* This scene with its kd-trees in the place of BVHs, for who goes through eight-wide nodes of either (trace/kdtree.c); NULL
+     * where it has not all of them. */
+    RT_GLOBAL const struct rtk_scene *by_kdtree;
 } rtk_scene;
 #define RTK_SCENE_TRANSPARENT 1u /* some material lets shadow rays through */
 #define RTK_SCENE_ALPHA 2u

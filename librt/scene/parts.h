@@ -29,11 +29,14 @@ struct rti_snapshot {
     rtk_group *view_groups;
     rtk_texture *view_textures;
     rtk_scene view;
+    rtk_group *kdtree_groups; /* NULL: there is no view by kd-trees */
+    rtk_scene kdtree_view;
 };
 
-/* Empty, one reference; NULL: no memory. Chunks are then put in (their references go to it) and finish makes the view. */
+/* Empty, one reference; NULL: no memory. Chunks are then put in (their references go to it) and finish makes the view.
+ * false: no memory for it. */
 rti_snapshot *rti_snapshot_new(rt_context *ctx, uint32_t group_count, uint32_t texture_count);
-void rti_snapshot_finish(rti_snapshot *snapshot);
+bool rti_snapshot_finish(rti_snapshot *snapshot);
 /* Which part of the group a tree of it is over. */
 uint32_t rti_tree_part(const rti_part_group *group, const rti_chunk *tree);
 /* The same trees for another record of the group. */

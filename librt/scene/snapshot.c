@@ -1,4 +1,5 @@
 /* Snapshots: counted sets of chunks and the view that kernels use. */
+#include "../trace/trace.h"
 #include "parts.h"
 
 #include <float.h>
@@ -31,6 +32,11 @@ rti_snapshot *rti_snapshot_new(rt_context *ctx, uint32_t group_count, uint32_t t
     return s;
 }
 
+static size_t kdtree_size(const rti_snapshot *s)
+{
+    return s->kdtree_groups ? s->group_count * sizeof *s->kdtree_groups : 0;
+}
+
 void rti_snapshot_retain(rti_snapshot *snapshot)
 {
     atomic_fetch_add_explicit(&snapshot->refs, 1, memory_order_relaxed);
@@ -57,6 +63,7 @@ void rti_snapshot_release(rti_snapshot *s)
     rti_chunk_release(s->materials);
     rti_chunk_release(s->lights);
     rti_chunk_release(s->world);
+    rti_free(s->ctx, s->kdtree_groups, kdtree_size(s));
     rti_free(s->ctx, s, s->size);
 }
 
@@ -199,7 +206,7 @@ static uint32_t scene_flags(const rtk_scene *v)
     return flags;
 }
 
-void rti_snapshot_finish(rti_snapshot *s)
+bool rti_snapshot_finish(rti_snapshot *s)
 {
     const rtk_material_header *materials = s->materials->data;
     const rtk_light_header *lights = s->lights->data;
@@ -220,6 +227,14 @@ void rti_snapshot_finish(rti_snapshot *s)
     v->light_count = lights->light_count;
     v->world = s->world->data;
     v->flags = scene_flags(v);
+    if (!rti_snapshot_complete(s, RTK_TREE_KD))
+        return true;
+    s->kdtree_groups = rti_alloc(s->ctx, s->group_count * sizeof *s->kdtree_groups);
+    if (!s->kdtree_groups)
+        return false;
+    rti_trace_by_kdtree(v, &s->kdtree_view, s->kdtree_groups);
+    v->by_kdtree = &s->kdtree_view;
+    return true;
 }
 
 const rtk_scene *rti_snapshot_view(const rti_snapshot *snapshot)
@@ -240,7 +255,7 @@ static void add_bytes(void *data, const rti_chunk *chunk, uint32_t group)
 
 uint64_t rti_snapshot_bytes(const rti_snapshot *snapshot)
 {
-    uint64_t bytes = snapshot->size;
+    uint64_t bytes = snapshot->size + kdtree_size(snapshot);
     rti_snapshot_each(snapshot, add_bytes, &bytes);
     return bytes;
 }

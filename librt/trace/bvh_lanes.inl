@@ -1,9 +1,9 @@
 /* Walk of a tree of eight-wide nodes by one ray: all boxes of a node at once, triangles four at a time. Instantiated like
- * kernel/bvh_walk.inl, which is told in full there; what a ray is counted for (RTK_MODE_STEPS) is the walk of RTI_STEPS_INL, so
- * that it is the same at every instruction set.
+ * kernel/bvh_walk.inl, which is told in full there, and what a ray is counted for (RTK_MODE_STEPS) is walked, so that it is the
+ * same at every instruction set.
  */
 #if RTK_MODE & 4
-#include RTI_STEPS_INL
+#include "../kernel/bvh_walk.inl"
 #else
 /* Of whatever primitives. */
 RTI_APART int BVH_WALK_OTHER(RTK_WALK)(rtk_query *q, rtk_tree tree, const rtk_pray *r, float outer)

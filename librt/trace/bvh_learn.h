@@ -41,7 +41,7 @@ RTI_VEC int pencil_spread(const pencil *p, rtk_u32 mode, rtk_u32 count)
 {
     if (mode & RTK_MODE_ANY)
         return PENCIL_RAYS_OF_LEAVES * p->leaves > count && p->told < PENCIL_RAYS_A_LEAF * p->leaves;
-    return p->apart || 8u * p->leaves > (bvh_large(&p->scene->groups->parts->RTK_TREE) ? 4u : 2u) * count + p->told;
+    return p->apart || 8u * p->leaves > (bvh_large(&p->scene->groups->parts->bvh) ? 4u : 2u) * count + p->told;
 }
 
 /* Behind a pencil of `count` rays. */

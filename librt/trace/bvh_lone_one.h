@@ -9,9 +9,9 @@
 RTI_VEC int lone_shapes_fit(const rtk_group *g)
 {
     for (rtk_u32 k = 0u; k < g->part_count && g->shape_count != 0u; k++)
-        if (!lone_tree(&g->parts[k].RTK_TREE))
+        if (!lone_tree(&g->parts[k].bvh))
             return 0;
-    return g->shape_count == 0u || (g->part_count != 0u && g->parts->RTK_TREE.ball_count != 0u);
+    return g->shape_count == 0u || (g->part_count != 0u && g->parts->bvh.ball_count != 0u);
 }
 
 /* Does a scene hold nothing but triangles and spheres of its own, and instances that have bounds? */
@@ -178,9 +178,9 @@ RTI_VEC int lone_parts(lone *l, rtk_u32 mode, const lone_given *given, const rtk
     int end = 0;
     l->group = g;
     if (g->part_count == 1u) /* nothing is kept for another */
-        return lone_part(l, mode, given, g->parts, &g->parts->RTK_TREE);
+        return lone_part(l, mode, given, g->parts, &g->parts->bvh);
     for (rtk_u32 k = 0u; k < g->part_count && end == 0; k++)
-        end = lone_part(l, mode, given, &g->parts[k], &g->parts[k].RTK_TREE);
+        end = lone_part(l, mode, given, &g->parts[k], &g->parts[k].bvh);
     return end;
 }
 

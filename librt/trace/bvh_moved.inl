@@ -10,7 +10,7 @@ RTI_APART void RTK_NAME(moved_alone)(const rtk_scene *scene, const rtk_trace_blo
     int end = 0;
     rti_lane_query(&q, scene, rays, i, scratch);
     if (rtk_ray_valid(q.ray) && rtk_ray_prepare(q.ray, part->lo, part->hi, part->scale, &r))
-        end = RTK_NAME(group_walk)(&q, part->RTK_TREE, part->count, &r, 0.0f);
+        end = RTK_NAME(group_walk)(&q, part->bvh, part->count, &r, 0.0f);
     if (!(RTK_MODE & RTK_MODE_ANY))
         rti_lane_keep(hits, i, q.best);
     else if (end)
@@ -57,7 +57,7 @@ static void RTK_NAME(moved_streams)(const rtk_scene *scene, const rtk_trace_bloc
 {
     streams *a = scratch->room;
     streams_begin(a, scene, rays, hits, NULL, scratch);
-    streams_part(a, RTK_MODE | STREAM_MOVED, scene->groups->parts, &scene->groups->parts->RTK_TREE, rays, count, coherent);
+    streams_part(a, RTK_MODE | STREAM_MOVED, scene->groups->parts, &scene->groups->parts->bvh, rays, count, coherent);
     RTK_NAME(stream_runs) *const run = a->mixed ? RTK_NAME(stream_run_moved_mixed) : RTK_NAME(stream_run_moved);
     for (rtk_u32 first = 0u; first < count; first += PACKET) {
         packet_expect_rays(rays, first + PACKET, count);

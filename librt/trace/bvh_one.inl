@@ -65,7 +65,7 @@ static int RTK_NAME(one_instances)(rtk_query *q)
     if (!lone_begin(&l, s, &ray, &given))
         return 0;
     l.best = q->best;
-    end = lone_top_ready(&l, &given, s, &s->RTK_TOP_TREE, &apart);
+    end = lone_top_ready(&l, &given, s, &s->top_bvh, &apart);
     if (end < 0)
         return RTK_NAME(instances)(q);
     l.time = q->time;
@@ -114,7 +114,7 @@ static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time,
     lone_keep(&l, ray->tmax, 0.0f, 0.0f, RTK_INVALID, RTK_INVALID);
     end = lone_parts(&l, RTK_MODE, &given, scene->groups);
     if (end == 0 && scene->instance_count != 0u) {
-        end = lone_top_ready(&l, &given, scene, &scene->RTK_TOP_TREE, &apart);
+        end = lone_top_ready(&l, &given, scene, &scene->top_bvh, &apart);
         l.time = time;
         if (end > 0)
             end = RTK_NAME(one_top)(&l);

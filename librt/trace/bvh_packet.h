@@ -361,7 +361,7 @@ RTI_VEC void packet_is(packet *p, rtk_u32 i, rtk_u32 ref)
  * lane. */
 RTI_VEC void packet_know(packet *p, const rtk_part *part)
 {
-    const rtk_u32 *refs = part->RTK_TREE.refs;
+    const rtk_u32 *refs = part->bvh.refs;
     rtk_u32 lane[PACKET], ref[PACKET], n = 0u;
     for (rtk_u32 at = 0u; at < PACKET; at += RTI_SIMD) {
         vec_bits late, of, here, prim, geom;

@@ -12,7 +12,7 @@ static void RTK_NAME(packet_single)(packet *p, const rtk_part *part, uint64_t ra
         packet_query(p, i, &q);
         if (!rtk_ray_prepare(q.ray, part->lo, part->hi, part->scale, &r))
             continue;
-        if (RTK_NAME(group_walk)(&q, part->RTK_TREE, part->count, &r, 0.0f))
+        if (RTK_NAME(group_walk)(&q, part->bvh, part->count, &r, 0.0f))
             p->done |= (uint64_t)1u << i;
         packet_answer(p, i, &q);
     }
@@ -126,7 +126,7 @@ static void RTK_NAME(packet_part)(packet *p, streams *a, const rtk_part *part, u
     RTK_NAME(packet_single)(p, part, far);
     if (!coherent)
         RTK_NAME(packet_others)(p, a, part, rays);
-    const float axes = part->RTK_TREE.block_count == 0u ? 1.0f : 0.0f; /* without triangles in blocks, octants will do */
+    const float axes = part->bvh.block_count == 0u ? 1.0f : 0.0f; /* without triangles in blocks, octants will do */
     while (rays != 0u && coherent) {
         const rtk_u32 first = (rtk_u32)__builtin_ctzll(rays);
         const vec any = V(set)(axes), key = V(set)(p->key[first] - axes * p->kind[first]);
@@ -299,7 +299,7 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
         const rtk_part *part = &g->parts[k];
         streams *on = a && g->part_count != 0u && stream_fits(g, part) ? a : NULL;
         if (on)
-            streams_part(a, RTK_MODE, part, &part->RTK_TREE, rays, count, coherent);
+            streams_part(a, RTK_MODE, part, &part->bvh, rays, count, coherent);
         while (k == 0u && gone + PENCIL_BATCH <= count && l.lost < PENCIL_LOST) {
             const int one = on && g->part_count == 1u && g->plane_count == 0u;
             const rtk_u32 whole = (count - gone) / RTK_BLOCK * RTK_BLOCK; /* streams write whole blocks of hits */
@@ -313,7 +313,7 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
                     coherent = 0;
                     l.lost = PENCIL_LOST;
                     if (on)
-                        streams_part(a, RTK_MODE, part, &part->RTK_TREE, rays, count, 0);
+                        streams_part(a, RTK_MODE, part, &part->bvh, rays, count, 0);
                 }
             }
             for (rtk_u32 end = gone + apart; gone < end; gone += rtk_umin(end - gone, PACKET)) {

@@ -42,7 +42,7 @@ static void packet_ask_late(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u
 {
     const rtk_u32 late = rtk_bits(p->late[i]);
     if (late != RTK_INVALID)
-        packet_is(p, i, part->RTK_TREE.refs[late]);
+        packet_is(p, i, part->bvh.refs[late]);
     p->late[i] = rtk_float(RTK_INVALID);
     packet_ask(p, mode, part, i, ref);
 }
@@ -55,7 +55,7 @@ RTI_VEC rtk_u32 packet_others(const packet *p, const rtk_part *part, rtk_u32 at,
     for (; lanes != 0u; lanes &= lanes - 1u) {
         const rtk_u32 i = (rtk_u32)__builtin_ctz(lanes), late = rtk_bits(p->late[at + i]);
         const rtk_tri *tri = &p->scene->groups->tris[ref];
-        if (late != RTK_INVALID ? part->RTK_TREE.refs[late] == ref
+        if (late != RTK_INVALID ? part->bvh.refs[late] == ref
                                 : rtk_bits(p->prim[at + i]) == tri->prim && rtk_bits(p->geom[at + i]) == tri->geom)
             others &= ~(1u << i);
     }
@@ -96,7 +96,7 @@ RTI_VEC rtk_u32 packet_doubt(const tri_ray *r, rtk_u32 mode, vec best, const flo
 RTI_VEC void packet_triangle(packet *p, rtk_u32 mode, const rtk_part *part, const tri_ray *r, rtk_u32 at, rtk_u32 lanes,
                              rtk_u32 place)
 {
-    const rtk_tree *tree = &part->RTK_TREE;
+    const rtk_tree *tree = &part->bvh;
     const rtk_bvhblock *b = &tree->blocks[place / 4u];
     const rtk_u32 j = place % 4u, x = p->kx, y = p->ky, z = p->kz;
     const float c[3][3] = {{b->v0[x][j], b->v0[y][j], b->v0[z][j]},
@@ -181,7 +181,7 @@ RTI_VEC rtk_u32 packet_near(const packet *p, const rtk_bvhblock *b, float grow)
 RTI_VEC void packet_list(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
 {
     const rtk_group *g = p->scene->groups;
-    const rtk_u32 *refs = part->RTK_TREE.refs + n->child[slot];
+    const rtk_u32 *refs = part->bvh.refs + n->child[slot];
     for (; at < PACKET; at += RTI_SIMD) {
         rtk_u32 lanes = packet_bits(p->rays, at);
         lanes = lanes != 0u ? packet_enter(p, n, slot, at, lanes) : 0u;
@@ -225,8 +225,8 @@ RTI_VEC void packet_hit(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 l
         p->u[l] = u;
         p->v[l] = v;
         p->late[l] = rtk_float(place);
-    } else if (t == p->t[l] && packet_others(p, part, l, 1u, part->RTK_TREE.refs[place]) != 0u) {
-        packet_ask_late(p, mode, part, l, part->RTK_TREE.refs[place]);
+    } else if (t == p->t[l] && packet_others(p, part, l, 1u, part->bvh.refs[place]) != 0u) {
+        packet_ask_late(p, mode, part, l, part->bvh.refs[place]);
     }
 }
 
@@ -308,7 +308,7 @@ RTI_VEC void packet_fours(packet *p, rtk_u32 mode, const rtk_part *part, uint64_
         for (uint64_t left = places; left != 0u; left >>= 4u, at += 4u) {
             tri_hit hit;
             float t[RTI_SIMD], u[RTI_SIMD], v[RTI_SIMD];
-            rtk_u32 ask, bits = packet_four_by_four(mode, &r, &part->RTK_TREE.blocks[at / 4u], axis,
+            rtk_u32 ask, bits = packet_four_by_four(mode, &r, &part->bvh.blocks[at / 4u], axis,
                                                     want & FOUR_FIRST * (rtk_u32)(left & 15u), p->t, lane, p->dir[x], p->dir[y],
                                                     lane, &hit, &ask);
             if ((bits | ask) == 0u)
@@ -324,7 +324,7 @@ RTI_VEC void packet_fours(packet *p, rtk_u32 mode, const rtk_part *part, uint64_
             }
             for (; ask != 0u; ask &= ask - 1u) {
                 const rtk_u32 i = (rtk_u32)__builtin_ctz(ask);
-                packet_ask_late(p, mode, part, lane[i / 4u], part->RTK_TREE.refs[at + i % 4u]);
+                packet_ask_late(p, mode, part, lane[i / 4u], part->bvh.refs[at + i % 4u]);
             }
             for (rtk_u32 i = 0u; i < FOUR_RAYS && (mode & RTK_MODE_ANY); i++)
                 want &= p->done >> lane[i] & 1u ? ~(15u << 4u * i) : LANES_ALL;
@@ -351,7 +351,7 @@ RTI_VEC uint64_t packet_enters(const packet *p, const rtk_bvhnode *n, rtk_u32 sl
 /* A leaf for all rays from lane `at` on that enter its box. */
 RTI_VEC void packet_leaf(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
 {
-    const rtk_tree *tree = &part->RTK_TREE;
+    const rtk_tree *tree = &part->bvh;
     const rtk_u32 begin = n->child[slot], end = begin + n->count[slot];
     const float grow = RTK_GROW * part->scale; /* as a BVH's boxes are */
     if (begin >= 4u * tree->block_count) {
@@ -434,7 +434,7 @@ RTI_VEC void packet_push(packet_stack *s, rtk_u32 node, rtk_u32 bits, const floa
 RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
 {
     packet_stack stack;
-    const rtk_bvhnode *nodes = part->RTK_TREE.bvh;
+    const rtk_bvhnode *nodes = part->bvh.bvh;
     const rtk_u32 rays = (rtk_u32)__builtin_popcountll(p->rays);
     rtk_u32 at = 0u, lane = 0u, budget = PACKET_NODES * rays + 8u;
     stack.top = 0u;
@@ -448,7 +448,7 @@ RTI_VEC uint64_t packet_walk(packet *p, rtk_u32 mode, const rtk_part *part)
         p->steps++;
         packet_push(&stack, at, bits, t, lane);
         for (rtk_u32 l = bits; l != 0u; l &= l - 1u)
-            bvh_expect(&part->RTK_TREE, nodes[at].child[__builtin_ctz(l)], nodes[at].count[__builtin_ctz(l)]);
+            bvh_expect(&part->bvh, nodes[at].child[__builtin_ctz(l)], nodes[at].count[__builtin_ctz(l)]);
         for (;;) {
             if (stack.top == 0u)
                 return 0u;

@@ -57,7 +57,7 @@ RTI_APART void RTK_NAME(placed_alone)(placed *a, rtk_u32 i)
 /* A ray through what is below a node, by itself. */
 RTI_APART void RTK_NAME(placed_below)(placed *a, rtk_u32 i, rtk_u32 at)
 {
-    const rtk_tree tree = a->scene->RTK_TOP_TREE;
+    const rtk_tree tree = a->scene->top_bvh;
     const placed_ray *r = &a->ray[i];
     float enter[RTK_BVH_STACK + RTK_BVH_WIDTH]; /* what waits: slots, and where the ray enters them */
     rtk_u32 child[RTK_BVH_STACK + RTK_BVH_WIDTH], count[RTK_BVH_STACK + RTK_BVH_WIDTH], top = 0u;
@@ -130,7 +130,7 @@ static void RTK_NAME(placed_instance)(placed *a, rtk_u32 ref, const uint16_t *li
 /* Rays through a leaf's instances. */
 static void RTK_NAME(placed_leaf)(placed *a, placed_wait w)
 {
-    const rtk_tree tree = a->scene->RTK_TOP_TREE;
+    const rtk_tree tree = a->scene->top_bvh;
     const rtk_bvhnode *n = &tree.bvh[w.node];
     for (rtk_u32 k = 0u; k < n->count[w.slot]; k++) {
         if (k != 0u)
@@ -145,7 +145,7 @@ static void RTK_NAME(placed_leaf)(placed *a, placed_wait w)
 /* Rays list[0, size) through the top level. */
 static void RTK_NAME(placed_top)(placed *a, rtk_u32 size)
 {
-    const rtk_tree tree = a->scene->RTK_TOP_TREE;
+    const rtk_tree tree = a->scene->top_bvh;
     a->wait[0] = (placed_wait){0u, PLACED_NODE, 0u, size, size, 0u};
     a->top = 1u;
     while (a->top != 0u) {

@@ -160,7 +160,7 @@ RTI_VEC void streams_begin(streams *a, const rtk_scene *scene, const rtk_trace_b
 /* May the rays of a group go this way? */
 RTI_VEC int stream_fits(const rtk_group *g, const rtk_part *part)
 {
-    return (g->flags & RTK_GROUP_PLAIN) && (g->shape_count == 0u ? part->RTK_TREE.block_count : part->RTK_TREE.ball_count) != 0u;
+    return (g->flags & RTK_GROUP_PLAIN) && (g->shape_count == 0u ? part->bvh.block_count : part->bvh.ball_count) != 0u;
 }
 
 /* Behind this no box is entered by a ray whose hits' sums with the shift are to be no more than t. */
@@ -194,7 +194,7 @@ RTI_VEC float stream_shift(const stream *s, rtk_u32 mode, rtk_u32 l)
 RTI_VEC int stream_balls_apart(const rtk_group *g, rtk_u32 mode, rtk_u32 count, const rti_scratch *scratch)
 {
     return scratch->room && count >= STREAM_BALLS_LEAST && g->shape_count != 0u && g->part_count != 0u &&
-           stream_fits(g, g->parts) && g->parts->RTK_TREE.ball_count >= STREAM_BALLS(mode);
+           stream_fits(g, g->parts) && g->parts->bvh.ball_count >= STREAM_BALLS(mode);
 }
 
 /* Ray l ends at t from now on. */

@@ -31,15 +31,7 @@
 #define RTK_MODE 2 /* after */
 #include RTI_MODE_INL
 #undef RTK_MODE
-#define RTK_MODE 4 /* steps */
-#include RTI_MODE_INL
-#undef RTK_MODE
-#define RTK_MODE 5 /* any, steps */
-#include RTI_MODE_INL
-#undef RTK_MODE
-#define RTK_MODE 6 /* after, steps */
-#include RTI_MODE_INL
-#undef RTK_MODE
+#include "counted.inl"
 
 #define RAYS(mode, hits, occluded) JOIN(RTI_TRACER_NAME, rays, mode)(scene, rays, hits, occluded, count, scratch)
 #ifdef RTI_PACKET_INL

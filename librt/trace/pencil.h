@@ -114,13 +114,12 @@ typedef struct pencil {
     rtk_u32 lost;         /* so many times one after the other rays were no pencil */
     rtk_u32 apart;        /* one has come apart */
     rtk_u32 leaves, told; /* of one: leaves it looked through, and how many rays meet their boxes */
-#ifdef RTK_REPEATS
-    /* Of some triangles the bundles that have met them, for leaves may hold them again; PENCIL_MAIL of them, by their numbers. */
+    /* Where leaves repeat triangles, of some the bundles that have met them; PENCIL_MAIL of them, by their numbers. */
     struct {
         pencil_bits bundles;
         rtk_u32 ref;
     } mail[PENCIL_MAIL];
-#endif
+    rtk_u32 repeats; /* they do */
     rtk_u32 first; /* the pencil's first ray, a number in the batch; from it on: */
     const rtk_trace_block *rays;
     rtk_hit_block *hits;
@@ -166,7 +165,7 @@ RTI_VEC int pencil_fits(const rtk_group *g)
     if (!(g->flags & RTK_GROUP_PLAIN) || g->shape_count != 0u || g->part_count == 0u)
         return 0;
     for (rtk_u32 k = 0u; k < g->part_count; k++)
-        if (g->parts[k].RTK_TREE.block_count == 0u)
+        if (g->parts[k].bvh.block_count == 0u)
             return 0;
     return 1;
 }

@@ -163,7 +163,7 @@ RTI_VEC rtk_u32 pencil_places(rtk_u32 at, rtk_u32 begin, rtk_u32 end)
 /* A leaf without blocks, ray by ray. */
 RTI_APART void pencil_refs(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles)
 {
-    const rtk_u32 *refs = p->part->RTK_TREE.refs + n->child[slot];
+    const rtk_u32 *refs = p->part->bvh.refs + n->child[slot];
     for (rtk_u32 k = 0u; k < n->count[slot]; k++)
         for (pencil_bits l = bundles; l != 0u; l &= l - 1u)
             for (rtk_u32 i = PENCIL_FIRST(l), lanes = p->live[i]; lanes != 0u; lanes &= lanes - 1u)
@@ -173,7 +173,7 @@ RTI_APART void pencil_refs(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
 /* The triangles `keep` of a block, four places from `at` on, for all rays that meet the leaf, which are known. */
 RTI_VEC void pencil_all(pencil *p, rtk_u32 mode, rtk_u32 at, rtk_u32 keep, pencil_at *a, int one)
 {
-    const rtk_tree *tree = &p->part->RTK_TREE;
+    const rtk_tree *tree = &p->part->bvh;
 #ifdef RTI_PACK8
     if (!a->listed)
         a->count = pencil_list(p, a->bundles, a->rays, a->list);
@@ -187,7 +187,6 @@ RTI_VEC void pencil_all(pencil *p, rtk_u32 mode, rtk_u32 at, rtk_u32 keep, penci
 #endif
 }
 
-#ifdef RTK_REPEATS
 /* The pencil has met nothing yet. */
 RTI_VEC void pencil_mail_open(pencil *p)
 {
@@ -209,12 +208,12 @@ RTI_VEC void pencil_mail_met(pencil *p, rtk_u32 ref, pencil_bits bundles)
     p->mail[at].bundles = bundles | (p->mail[at].ref == ref ? p->mail[at].bundles : 0u);
     p->mail[at].ref = ref;
 }
-#endif
 
 /* A leaf for the rays of some bundles. one: as the pencil's. */
 RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles, int one)
 {
-    const rtk_tree *tree = &p->part->RTK_TREE;
+    const rtk_u32 repeats = one ? p->repeats : 0u;
+    const rtk_tree *tree = &p->part->bvh;
     const rtk_u32 begin = n->child[slot], end = begin + n->count[slot];
     pencil_at a;
     a.bundles = bundles;
@@ -246,10 +245,8 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
         for (rtk_u32 l = keep; l != 0u; l &= l - 1u) {
             const rtk_u32 j = (rtk_u32)__builtin_ctz(l);
             some[j] = a.bundles & pencil_meet(p, &f, j, vectors);
-#ifdef RTK_REPEATS
-            if (one && !a.known)
+            if (repeats && !a.known)
                 some[j] = pencil_mail_new(p, tree->refs[at + j], some[j]);
-#endif
             pairs += PENCIL_COUNT(some[j]);
         }
         if (pairs > PENCIL_PAIRS * PENCIL_COUNT(a.bundles)) {
@@ -265,10 +262,8 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
             const rtk_u32 j = (rtk_u32)__builtin_ctz(keep);
             some[j] &= a.bundles & p->bundles;
             pencil_triangle(p, mode, b, j, tree->refs[at + j], some[j], a.known ? a.rays : NULL, one);
-#ifdef RTK_REPEATS
-            if (one && !a.known)
+            if (repeats && !a.known)
                 pencil_mail_met(p, tree->refs[at + j], some[j]);
-#endif
         }
     }
 }
@@ -320,17 +315,16 @@ RTI_VEC void pencil_next(pencil *p, rtk_u32 mode, pencil_wait *w)
 /* The rays of a pencil through its part's tree; returns 0, or 1 when it came apart: then live has those that are not done. */
 RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
 {
-    const rtk_bvhnode *nodes = p->part->RTK_TREE.bvh;
+    const rtk_bvhnode *nodes = p->part->bvh.bvh;
     packet_stack stack;
     pencil_wait wait = {NULL, 0u, 0u};
     rtk_u32 at = 0u, vectors = pencil_vectors(p->bundles), budget = PENCIL_NODES * count + 8u;
     const rtk_u32 leaves = p->leaves + PENCIL_LEAVES * count + PENCIL_AT_ALL, told = p->told;
     stack.top = 0u;
     p->changed = 0u;
-#ifdef RTK_REPEATS
-    if (p->one)
+    p->repeats = p->part->bvh.kind == RTK_TREE_KD;
+    if (p->one && p->repeats)
         pencil_mail_open(p);
-#endif
     if ((mode & RTK_MODE_ANY) && p->blocker[p->which].node) {
         const rtk_bvhnode *n = p->blocker[p->which].node;
         const rtk_u32 slot = p->blocker[p->which].slot;
@@ -346,7 +340,7 @@ RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
         const rtk_u32 bits = pencil_open(p, &nodes[at], t);
         packet_push(&stack, at, bits, t, vectors);
         for (rtk_u32 l = bits; l != 0u; l &= l - 1u)
-            pencil_expect_slot(&p->part->RTK_TREE, &nodes[at], (rtk_u32)__builtin_ctz(l));
+            pencil_expect_slot(&p->part->bvh, &nodes[at], (rtk_u32)__builtin_ctz(l));
         for (;;) {
             if (stack.top == 0u) {
                 pencil_next(p, mode, &wait);

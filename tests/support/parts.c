@@ -43,6 +43,7 @@ rt_status test_parts_init(test_parts *p, test_world *w, uint32_t parts, float by
         part->all.refs = p->list + first;
         first += p->mesh[i].count;
     }
+    test_world_changed(w);
     return status;
 }
 

@@ -304,7 +304,15 @@ rt_status test_world_commit(test_world *w, const rti_build_settings *kd)
     w->scene.instances = w->instances;
     w->scene.unbounded = w->unbounded;
     w->scene.motions = w->motions;
+    if (status == RT_OK)
+        test_world_changed(w);
     return status;
+}
+
+void test_world_changed(test_world *w)
+{
+    rti_trace_by_kdtree(&w->scene, &w->by_kdtree, w->kdtree_groups);
+    w->scene.by_kdtree = &w->by_kdtree;
 }
 
 void test_world_free(test_world *w)

@@ -32,7 +32,8 @@ typedef struct test_world {
     void *top_chunks[TEST_TREES];
     size_t top_sizes[TEST_TREES];
     uint32_t bvh_builder; /* RTI_BUILD_BVH*; 0: the default one */
-    rtk_scene scene;
+    rtk_scene scene, by_kdtree;
+    rtk_group kdtree_groups[TEST_GROUPS];
 } test_world;
 
 /* Group 0 is the scene's own. */
@@ -48,6 +49,8 @@ void test_world_instance(test_world *w, uint32_t group, const float m[12], uint3
 bool test_world_move(test_world *w, const float (*m)[12], uint32_t count);
 /* Bounds and trees (kd by the given settings; the others by their defaults). */
 rt_status test_world_commit(test_world *w, const rti_build_settings *kd);
+/* What stands in the world's scene was changed by hand. */
+void test_world_changed(test_world *w);
 void test_world_free(test_world *w);
 
 #endif

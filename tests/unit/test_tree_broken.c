@@ -78,6 +78,7 @@ static void test_broken(void **state)
             rtk_tree *slot = view.kind == RTK_TREE_KD ? &g->kdtree : (view.kind == RTK_TREE_BVH ? &g->bvh : &g->octree);
             rtk_tree keep = *slot;
             *slot = view;
+            test_world_changed(&w);
             walk(&w.scene, &t, rti_tree_kind_of(view.kind)->name);
             *slot = keep;
         }
