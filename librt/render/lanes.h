@@ -30,6 +30,15 @@
 #endif
 /* NOLINTEND(bugprone-macro-parentheses) */
 
+/* Of a sheaf's materials (rti_load_looks). */
+typedef struct rti_looks {
+    float diffusion[RTK_BLOCK] RTI_ROW, reflectiveness[RTK_BLOCK] RTI_ROW, transparency[RTK_BLOCK] RTI_ROW;
+    float ambient[RTK_BLOCK] RTI_ROW, specular[RTK_BLOCK] RTI_ROW, shininess[RTK_BLOCK] RTI_ROW;
+    float index[RTK_BLOCK] RTI_ROW; /* of refraction */
+    uint32_t of_all;                /* the material of all lanes, or RTK_INVALID */
+    bool shown, mirrors, clear;     /* some lane has ambient light; reflects; is transparent */
+} rti_looks;
+
 typedef struct rti_sheaf {
     uint32_t count;
     uint32_t surface_kind, material_kind;
@@ -49,12 +58,14 @@ typedef struct rti_sheaf {
     float px[RTK_BLOCK] RTI_ROW, py[RTK_BLOCK] RTI_ROW, pz[RTK_BLOCK] RTI_ROW, error[RTK_BLOCK] RTI_ROW;
     float nx[RTK_BLOCK] RTI_ROW, ny[RTK_BLOCK] RTI_ROW, nz[RTK_BLOCK] RTI_ROW;       /* shading normal */
     float gx[RTK_BLOCK] RTI_ROW, gy[RTK_BLOCK] RTI_ROW, gz[RTK_BLOCK] RTI_ROW;       /* geometric normal */
-    float tr[RTK_BLOCK] RTI_ROW, tg[RTK_BLOCK] RTI_ROW, tb[RTK_BLOCK] RTI_ROW;       /* tint */
+    float tr[RTK_BLOCK] RTI_ROW, tg[RTK_BLOCK] RTI_ROW, tb[RTK_BLOCK] RTI_ROW;       /* tint, where there is any */
     float tu[RTK_BLOCK] RTI_ROW, tv[RTK_BLOCK] RTI_ROW, uv_scale[RTK_BLOCK] RTI_ROW; /* of textured materials only */
     float footprint[RTK_BLOCK] RTI_ROW;
     float cr[RTK_BLOCK] RTI_ROW, cg[RTK_BLOCK] RTI_ROW, cb[RTK_BLOCK] RTI_ROW; /* the material's colour here */
     uint32_t material[RTK_BLOCK] RTI_ROW, outside[RTK_BLOCK] RTI_ROW, plain[RTK_BLOCK] RTI_ROW;
-    bool one_material; /* that of lane 0 */
+    bool one_material;                      /* that of lane 0 */
+    bool tinted, smooth;                    /* its kind may have tints; shading normals of their own */
+    rti_looks looks;
 } rti_sheaf;
 
 /* Light for sixteen places of the film. */

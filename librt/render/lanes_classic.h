@@ -8,18 +8,14 @@
 #include "lanes_rows.h"
 #include "shade_limits.h"
 
-/* Of the sheaf's materials. */
-typedef struct rti_looks {
-    float diffusion[RTK_BLOCK] RTI_ROW, reflectiveness[RTK_BLOCK] RTI_ROW, transparency[RTK_BLOCK] RTI_ROW;
-    float ambient[RTK_BLOCK] RTI_ROW, specular[RTK_BLOCK] RTI_ROW, shininess[RTK_BLOCK] RTI_ROW;
-    float index[RTK_BLOCK] RTI_ROW; /* of refraction */
-    bool shown, mirrors, clear;     /* some lane has ambient light; reflects; is transparent */
-} rti_looks;
-
-RTI_LANES_FN static inline void rti_load_looks(const rtk_scene *scene, const rti_sheaf *c, rti_looks *l)
+/* Fills c->looks, unless those of the last sheaf will do. */
+RTI_LANES_FN static inline void rti_load_looks(const rtk_scene *scene, rti_sheaf *c)
 {
+    rti_looks *l = &c->looks;
     const rtk_material *m = &scene->materials[c->material[0]];
     float ambient = 0.0f, mirror = 0.0f, clear = 0.0f;
+    if (c->one_material && l->of_all == c->material[0])
+        return;
     if (c->one_material) {
         const float d = m->diffusion, r = m->reflectiveness, t = m->transparency, a = m->ambient, s = m->specular,
                     e = m->shininess, index = rtk_index_of(m);
@@ -52,6 +48,7 @@ RTI_LANES_FN static inline void rti_load_looks(const rtk_scene *scene, const rti
             clear = rtk_max(clear, m->transparency);
         }
     }
+    l->of_all = c->one_material ? c->material[0] : RTK_INVALID;
     l->shown = ambient > 0.0f;
     l->mirrors = mirror > 0.0f;
     l->clear = clear > 0.0f;

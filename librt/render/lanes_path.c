@@ -223,21 +223,21 @@ static void meet(rti_worker *w, const rti_sheaf *c)
 
 void RTI_ISA_FN(rti_lanes_path)(rti_worker *w, rti_sheaf *c)
 {
-    rti_looks l;
+    const rti_looks *l = &c->looks;
     rti_bent b;
     lobes s;
     if (c->material_kind == RTI_LOOK_EMISSIVE) {
         meet(w, c);
         return;
     }
-    rti_load_looks(w->frame->scene, c, &l);
-    if (l.clear)
-        rti_bend_lanes(c, &l, &b);
+    rti_load_looks(w->frame->scene, c);
+    if (l->clear)
+        rti_bend_lanes(c, l, &b);
     else
-        bend_none(&l, &b);
-    find_lobes(c, &l, &b, &s);
+        bend_none(l, &b);
+    find_lobes(c, l, &b, &s);
     s.ends = c->depth >= w->frame->set.desc.max_depth;
-    note_lit(w, c, &l, &s);
+    note_lit(w, c, l, &s);
     if (!s.ends)
-        go_on(w, c, &l, &b, &s);
+        go_on(w, c, l, &b, &s);
 }

@@ -32,6 +32,19 @@ static uint32_t surface_of(const rtk_group *g, const rtk_geom *geom, uint32_t pr
     }
 }
 
+/* What hits of a kind may have. */
+static const struct {
+    bool smooth, tinted;
+} kinds[RTI_SURFACE_COUNT] = {
+    [RTI_SURFACE_SMOOTH] = {true, true},
+    [RTI_SURFACE_SPHERE] = {false, true},
+    [RTI_SURFACE_BOX] = {false, true},
+    [RTI_SURFACE_OTHER] = {true, true},
+    [RTI_SURFACE_PLACED + RTI_SURFACE_SMOOTH - RTI_SURFACE_MESH] = {true, true},
+    [RTI_SURFACE_PLACED + RTI_SURFACE_SPHERE - RTI_SURFACE_MESH] = {false, true},
+    [RTI_SURFACE_PLACED + RTI_SURFACE_BOX - RTI_SURFACE_MESH] = {false, true},
+};
+
 /* As what it stands in an instance. */
 static uint32_t placed_of(const rtk_instance *i, uint32_t surface)
 {
@@ -232,23 +245,34 @@ static void touch(rti_worker *w, rti_sheaf *c)
 /* The material's colour times the tint. */
 static void plain_colors(const rtk_scene *scene, rti_sheaf *c)
 {
-    if (c->one_material) {
-        const rtk_material *m = &scene->materials[c->material[0]];
-        const float r = m->color[0], g = m->color[1], b = m->color[2];
-        RTI_EACH_LANE(k)
-        {
-            c->cr[k] = r * c->tr[k];
-            c->cg[k] = g * c->tg[k];
-            c->cb[k] = b * c->tb[k];
-        }
-        return;
-    }
+    const rtk_material *of = scene->materials;
     RTI_EACH_LANE(k)
     {
-        const rtk_material *m = &scene->materials[c->material[k]];
-        c->cr[k] = m->color[0] * c->tr[k];
-        c->cg[k] = m->color[1] * c->tg[k];
-        c->cb[k] = m->color[2] * c->tb[k];
+        const rtk_material *m = &of[c->material[k]];
+        c->cr[k] = m->color[0];
+        c->cg[k] = m->color[1];
+        c->cb[k] = m->color[2];
+    }
+    if (!c->tinted)
+        return;
+    RTI_EACH_LANE(k)
+    {
+        c->cr[k] *= c->tr[k];
+        c->cg[k] *= c->tg[k];
+        c->cb[k] *= c->tb[k];
+    }
+}
+
+/* The same where all are of one material, and nothing is tinted. */
+static void one_color(const rtk_scene *scene, rti_sheaf *c)
+{
+    const rtk_material *m = &scene->materials[c->material[0]];
+    const float r = m->color[0], g = m->color[1], b = m->color[2];
+    RTI_EACH_LANE(k)
+    {
+        c->cr[k] = r;
+        c->cg[k] = g;
+        c->cb[k] = b;
     }
 }
 
@@ -305,7 +329,9 @@ static void hits(rti_worker *w, rti_sheaf *c, rti_sheaf_fn then)
         rti_cover_lanes(w, c->home, c->count);
     RTI_ISA_FN(rti_lanes_surface)(w, c);
     touch(w, c);
-    if (c->material_kind != RTI_LOOK_EMISSIVE)
+    if (c->material_kind != RTI_LOOK_EMISSIVE && c->one_material && !c->tinted)
+        one_color(scene, c);
+    else if (c->material_kind != RTI_LOOK_EMISSIVE)
         plain_colors(scene, c);
     if (c->material_kind >= RTI_LOOK_TEXTURED)
         texture_colors(scene, c);
@@ -325,11 +351,14 @@ void RTI_ISA_FN(rti_lanes_sheaves)(rti_worker *w, uint32_t first, uint32_t count
         at += n;
     }
     place_rays(w, first, count, ends);
+    c.looks.of_all = RTK_INVALID;
     c.depth = w->batch.path[first / RTK_BLOCK].depth_kind[first % RTK_BLOCK] & 0xffffu;
     at = is_black(w->frame->scene->world) ? ends[0] : 0; /* kind 0 is that of misses */
     for (uint32_t key = 0; key < KEYS; key++) {
         c.surface_kind = key / RTI_LOOK_COUNT;
         c.material_kind = key % RTI_LOOK_COUNT;
+        c.smooth = kinds[c.surface_kind].smooth;
+        c.tinted = kinds[c.surface_kind].tinted;
         while (at < ends[key]) {
             uint32_t n = ends[key] - at < RTK_BLOCK ? ends[key] - at : RTK_BLOCK;
             take(w, w->order + at, n, &c);

@@ -340,16 +340,6 @@ RTI_LANES_FN static void place_coordinates(const rtk_group *g, rti_sheaf *c)
     }
 }
 
-static void geometric_normals(rti_sheaf *c)
-{
-    RTI_EACH_LANE(k)
-    {
-        c->nx[k] = c->gx[k];
-        c->ny[k] = c->gy[k];
-        c->nz[k] = c->gz[k];
-    }
-}
-
 static void no_tints(rti_sheaf *c)
 {
     RTI_EACH_LANE(k)
@@ -387,6 +377,20 @@ static void tell(const rti_worker *w, rti_sheaf *c)
     }
 }
 
+/* Without normals of their own: those are the geometric ones. */
+RTI_LANES_FN static void face_flat(rti_sheaf *c)
+{
+    RTI_EACH_LANE(k)
+    {
+        rtk_vec3 ng = row3(c->gx, c->gy, c->gz, k), ns = ng;
+        c->outside[k] = (uint32_t)rtk_face_normals(row3(c->dx, c->dy, c->dz, k), &ng, &ns);
+        c->gx[k] = c->nx[k] = ng.x;
+        c->gy[k] = c->ny[k] = ng.y;
+        c->gz[k] = c->nz[k] = ng.z;
+        c->footprint[k] = c->width[k] + c->spread[k] * c->t[k];
+    }
+}
+
 RTI_LANES_FN static void face(rti_sheaf *c)
 {
     RTI_EACH_LANE(k)
@@ -403,12 +407,14 @@ RTI_LANES_FN static void face(rti_sheaf *c)
     }
 }
 
-/* Sixteen hits of a kind from MESH to PLANE in one group, in its space; ns == ng to the last bit without normals of vertices. */
+/* Sixteen hits of a kind from MESH to PLANE in one group, in its space, but for what is the same: without normals of vertices ns
+ * is ng to the last bit, and without tints they are 1. */
 void RTI_ISA_FN(rti_lanes_body)(const rtk_group *g, uint32_t kind, rti_sheaf *c)
 {
     const bool textured = c->material_kind >= RTI_LOOK_TEXTURED;
     float area[RTK_BLOCK] RTI_ROW;
-    no_tints(c);
+    if (c->tinted)
+        no_tints(c);
     if (kind == RTI_SURFACE_MESH || kind == RTI_SURFACE_SMOOTH) {
         mesh(g, c, area);
     } else if (kind == RTI_SURFACE_SPHERE) {
@@ -427,8 +433,6 @@ void RTI_ISA_FN(rti_lanes_body)(const rtk_group *g, uint32_t kind, rti_sheaf *c)
     if (kind == RTI_SURFACE_SMOOTH) {
         smooth_normals(g, c);
         colors(g, c);
-    } else {
-        geometric_normals(c);
     }
     if (textured && (kind == RTI_SURFACE_MESH || kind == RTI_SURFACE_SMOOTH))
         coordinates(g, c, area);
@@ -446,5 +450,8 @@ void RTI_ISA_FN(rti_lanes_surface)(const rti_worker *w, rti_sheaf *c)
     else
         RTI_ISA_FN(rti_lanes_body)(scene->groups, c->surface_kind, c);
     tell(w, c);
-    face(c);
+    if (c->smooth)
+        face(c);
+    else
+        face_flat(c);
 }

@@ -82,21 +82,21 @@ static void send_reflected(rti_worker *w, const rti_sheaf *c, const rti_looks *l
 
 void RTI_ISA_FN(rti_lanes_whitted)(rti_worker *w, rti_sheaf *c)
 {
-    rti_looks l;
+    const rti_looks *l = &c->looks;
     if (c->material_kind == RTI_LOOK_EMISSIVE) {
         for (uint32_t k = 0; k < c->count; k++)
             rti_add(w, c->home[k],
                     rtk_mul(rtk_v3(c->tpr[k], c->tpg[k], c->tpb[k]), rti_emission(&w->frame->scene->materials[c->material[k]])));
         return;
     }
-    rti_load_looks(w->frame->scene, c, &l);
-    if (l.shown)
-        show_ambient(w, c, &l, (1u << c->count) - 1);
-    note_lit(w, c, &l);
+    rti_load_looks(w->frame->scene, c);
+    if (l->shown)
+        show_ambient(w, c, l, (1u << c->count) - 1);
+    note_lit(w, c, l);
     if (c->depth >= w->frame->set.desc.max_depth)
         return;
-    if (l.clear)
-        send_both(w, c, &l);
-    else if (l.mirrors)
-        send_reflected(w, c, &l);
+    if (l->clear)
+        send_both(w, c, l);
+    else if (l->mirrors)
+        send_reflected(w, c, l);
 }
