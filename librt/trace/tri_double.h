@@ -47,7 +47,7 @@ typedef float double_half __attribute__((vector_size(DOUBLE_N * sizeof(float))))
 #undef RTI_N
 #undef DOUBLE_WIDTH
 #if RTI_SIMD > 4 /* for a pair by itself */
-#define DOUBLE_WIDTH 4
+#define DOUBLE_WIDTH 2
 #define RTI_N        4
 #include "tri_double.inl"
 #undef RTI_N
