@@ -10,6 +10,21 @@
 
 #define RTI_ROW_SIZE (RTK_BLOCK * sizeof(uint32_t))
 
+/* Which blocks of the batch a sheaf's rays are in, for rti_take_rows. */
+static inline void rti_find_blocks(rti_sheaf *c)
+{
+    c->block_count = 0;
+#ifdef RTI_PACK
+    for (uint32_t left = (1u << RTK_BLOCK) - 1; left != 0;) {
+        const uint32_t block = c->ray[__builtin_ctz(left)] / RTK_BLOCK,
+                       lanes = rti_i16_same(rti_i16_load(c->ray), RTK_BLOCK, block);
+        c->block[c->block_count] = block;
+        c->lanes[c->block_count++] = lanes;
+        left &= ~lanes;
+    }
+#endif
+}
+
 /* As many rows as `rows`, one behind the other, of a sheaf's rays. from: those of the batch's block 0; size: bytes from there to
  * those of block 1. */
 static inline void rti_take_rows(const rti_sheaf *c, const void *from, size_t size, uint32_t rows, void *to)

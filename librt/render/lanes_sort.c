@@ -151,27 +151,12 @@ static void place_rays(rti_worker *w, uint32_t first, uint32_t count, uint32_t *
 
 /* ---- sheaves ---- */
 
-/* Which blocks of the batch a sheaf's rays are in, for rti_take_rows. */
-static void find_blocks(rti_sheaf *c)
-{
-    c->block_count = 0;
-#ifdef RTI_PACK
-    for (uint32_t left = (1u << RTK_BLOCK) - 1; left != 0;) {
-        const uint32_t block = c->ray[__builtin_ctz(left)] / RTK_BLOCK,
-                       lanes = rti_i16_same(rti_i16_load(c->ray), RTK_BLOCK, block);
-        c->block[c->block_count] = block;
-        c->lanes[c->block_count++] = lanes;
-        left &= ~lanes;
-    }
-#endif
-}
-
 /* Rows of neighbouring fields are neighbours in blocks and sheaves. */
 static void take_scattered(const rti_worker *w, rti_sheaf *c)
 {
 #define TAKE(from, size, field, rows) rti_take_rows(c, from, size, rows, (char *)c + offsetof(rti_sheaf, field))
     const rtk_path_block *p = w->batch.path;
-    find_blocks(c);
+    rti_find_blocks(c);
     TAKE(w->batch.home, sizeof *w->batch.home, home, 1);
     TAKE(w->batch.trace, sizeof *w->batch.trace, ox, 6);
     TAKE(p, sizeof *p, tpr, 3);

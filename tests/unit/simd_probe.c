@@ -1,6 +1,7 @@
 /* The vectors of one instruction set, for test_simd.c. Compiled once a level. */
 #include "simd_probe.h"
 
+#include "render/lanes_rows.h"
 #include "trace/packet.h"
 
 uint32_t RTI_ISA_FN(simd_compare)(const float a[16], const float b[16], float min[16], float max[16], uint32_t bits[3])
@@ -32,6 +33,27 @@ void RTI_ISA_FN(simd_sixes)(const float *const from[6], float *p)
 void RTI_ISA_FN(simd_take4)(const float p[4], const int32_t lanes[4], float to[4])
 {
     rti_f4_store(to, rti_f4_take(p, lanes));
+}
+
+void RTI_ISA_FN(simd_take_rows)(const uint32_t ray[16], const uint32_t *blocks, uint32_t *to)
+{
+    rti_sheaf c;
+    memcpy(c.ray, ray, sizeof c.ray);
+    rti_find_blocks(&c);
+    rti_take_rows(&c, blocks, SIMD_ROWS * RTI_ROW_SIZE, SIMD_ROWS, to);
+}
+
+uint32_t RTI_ISA_FN(simd_put_rows)(uint32_t lanes, uint32_t count, const uint32_t row[16], uint32_t word, uint32_t *blocks)
+{
+    while (lanes != 0) {
+        const uint32_t before = (uint32_t)__builtin_popcount(lanes);
+        const rti_places places = rti_places_of(count % RTK_BLOCK, &lanes);
+        uint32_t *block = blocks + count / RTK_BLOCK * SIMD_ROWS * RTK_BLOCK;
+        rti_put_row(block, &places, row);
+        rti_put_all(block + RTK_BLOCK, &places, word);
+        count += before - (uint32_t)__builtin_popcount(lanes);
+    }
+    return count;
 }
 
 #ifdef RTI_PACK

@@ -59,6 +59,11 @@ typedef struct simd_packed {
     float take[8];                     /* rti_f8_take of a, lanes at[0] to at[3] modulo 8, twice */
 } simd_packed;
 
+#define SIMD_ROWS 3 /* of a block, for the next two */
+
+/* take_rows: of rays ray[16] their words in rows of blocks, as a sheaf takes them (lanes_rows.h); put_rows: those of a row that
+ * `lanes` chooses go behind the `count` that stand in the first rows of some blocks, and `word` as often in the second; returns how
+ * many then do. */
 /* min, max: of a and b, lane by lane, in the widest vectors; lt, le, eq: likewise, a bit a lane. Returns how many lanes. packed:
  * of a, bits (of eight lanes the lower eight), numbers, at and from. Returns 16, or 8 where the level has those of eight lanes
  * alone (RTI_PACK8): what is of lists and in vectors of N lanes; or 0. */
@@ -68,6 +73,8 @@ typedef struct simd_packed {
     void simd_nines_##name(const float *p, float *const to[9]);                                                                  \
     void simd_sixes_##name(const float *const from[6], float *p);                                                                \
     void simd_take4_##name(const float p[4], const int32_t lanes[4], float to[4]);                                               \
+    void simd_take_rows_##name(const uint32_t ray[16], const uint32_t *blocks, uint32_t *to);                                    \
+    uint32_t simd_put_rows_##name(uint32_t lanes, uint32_t count, const uint32_t row[16], uint32_t word, uint32_t *blocks);      \
     int simd_packed_##name(const float a[16], uint32_t bits, const uint32_t numbers[8], const uint32_t at[4], uint32_t from,     \
                            simd_packed *out);
 RTI_ISA_EACH(PROBE)

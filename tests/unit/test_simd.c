@@ -396,6 +396,68 @@ static void test_records(void **state)
 #undef LEVEL
 }
 
+/* Rays of a batch in their order, and the last again, as a sheaf has them. */
+static void take_rows(void (*take)(const uint32_t ray[16], const uint32_t *blocks, uint32_t *to))
+{
+    enum { BLOCKS = 12 };
+    static uint32_t blocks[BLOCKS][SIMD_ROWS][16];
+    rng g = {5};
+    for (uint32_t i = 0; i < BLOCKS * SIMD_ROWS * 16; i++)
+        blocks[i / (SIMD_ROWS * 16)][i / 16 % SIMD_ROWS][i % 16] = 0x7f800000u + 0x01000193u * i; /* no numbers among them */
+    for (int round = 0; round < 2000; round++) {
+        const uint32_t gap = 1 + (uint32_t)(rng_unit(&g) * 11.0f), n = 1 + (uint32_t)(rng_unit(&g) * 16.0f);
+        uint32_t ray[16], to[SIMD_ROWS][16], at = (uint32_t)(rng_unit(&g) * 15.0f);
+        for (uint32_t k = 0; k < 16; k++) {
+            ray[k] = at;
+            at += k + 1 < n ? 1 + (uint32_t)(rng_unit(&g) * (float)gap) : 0;
+        }
+        if (at >= BLOCKS * 16)
+            continue;
+        take(ray, blocks[0][0], to[0]);
+        for (uint32_t i = 0; i < SIMD_ROWS * 16; i++)
+            assert_int_equal(to[i / 16][i % 16], blocks[ray[i % 16] / 16][i / 16][ray[i % 16] % 16]);
+    }
+}
+
+/* All lanes and places: those before stay, and so does what stands in other rows. */
+static void put_rows(uint32_t (*put)(uint32_t lanes, uint32_t count, const uint32_t row[16], uint32_t word, uint32_t *blocks))
+{
+    uint32_t row[16];
+    for (uint32_t k = 0; k < 16; k++)
+        row[k] = 0x7f800001u + k;
+    for (uint32_t lanes = 0; lanes < 65536; lanes += lanes < 512 ? 1 : 37) {
+        for (uint32_t count = 0; count < 16; count++) {
+            uint32_t blocks[2][SIMD_ROWS][16], n = count;
+            for (uint32_t i = 0; i < 2 * SIMD_ROWS * 16; i++)
+                blocks[i / (SIMD_ROWS * 16)][i / 16 % SIMD_ROWS][i % 16] = i;
+            assert_int_equal(put(lanes, count, row, 77, blocks[0][0]), count + (uint32_t)__builtin_popcount(lanes));
+            for (uint32_t k = 0; k < 16; k++) {
+                if (lanes >> k & 1u) {
+                    assert_int_equal(blocks[n / 16][0][n % 16], row[k]);
+                    assert_int_equal(blocks[n / 16][1][n % 16], 77);
+                    n++;
+                }
+                assert_int_equal(blocks[0][2][k], 32 + k);
+                assert_int_equal(blocks[1][2][k], SIMD_ROWS * 16 + 32 + k);
+            }
+            for (uint32_t k = 0; k < count; k++)
+                assert_true(blocks[0][0][k] == k && blocks[0][1][k] == 16 + k);
+        }
+    }
+}
+
+static void test_rows(void **state)
+{
+    (void)state;
+#define LEVEL(name, isa)                                                                                                         \
+    if (rti_isa_runs(isa)) {                                                                                                     \
+        take_rows(simd_take_rows_##name);                                                                                        \
+        put_rows(simd_put_rows_##name);                                                                                          \
+    }
+    RTI_ISA_EACH(LEVEL)
+#undef LEVEL
+}
+
 static void take4(void (*take)(const float p[4], const int32_t lanes[4], float to[4]))
 {
     const float p[4] = {1.0f, 2.0f, 3.0f, 4.0f};
@@ -431,7 +493,7 @@ static void test_packed(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_compare), cmocka_unit_test(test_rows4),
-                                       cmocka_unit_test(test_records), cmocka_unit_test(test_take4),
-                                       cmocka_unit_test(test_packed)};
+                                       cmocka_unit_test(test_records), cmocka_unit_test(test_rows),
+                                       cmocka_unit_test(test_take4),   cmocka_unit_test(test_packed)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
