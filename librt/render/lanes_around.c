@@ -61,7 +61,7 @@ RTI_LANES_FN static void spread(const rti_worker *w, uint32_t at, const rti_pair
         s->dy[k] = dir.y;
         s->dz[k] = dir.z;
     }
-    RTI_EACH_LANE(k)
+    RTI_EACH_LANE_INNER(k)
     rare |= !plain[k];
     for (uint32_t k = 0; k < RTK_BLOCK && rare; k++) {
         if (!plain[k]) {
@@ -85,7 +85,7 @@ void RTI_ISA_FN(rti_lanes_around)(rti_worker *w)
     for (uint32_t at = 0; at < w->lit_count && !rti_cancelled(w->frame->cancel); at += RTK_BLOCK) {
         const uint32_t n = w->lit_count - at < RTK_BLOCK ? w->lit_count - at : RTK_BLOCK;
         rti_draw_lit(w, at, n, seed, first);
-        RTI_EACH_LANE(k)
+        RTI_EACH_LANE_INNER(k)
         first[k] *= each;
         seed_pairs(seed, &pairs);
         leave(w, at, 1.0f / (float)each, &s);

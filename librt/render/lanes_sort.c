@@ -91,7 +91,7 @@ static uint32_t find_key(const rtk_scene *scene, const rtk_hit_block *h, uint32_
 static bool all_miss(const rtk_hit_block *h)
 {
     uint32_t hit = 0;
-    RTI_EACH_LANE(k)
+    RTI_EACH_LANE_INNER(k)
     hit |= h->prim[k] ^ RTK_INVALID;
     return hit == 0;
 }
@@ -100,7 +100,7 @@ static bool all_miss(const rtk_hit_block *h)
 static bool all_last(const rtk_hit_block *h, const last_hit *last)
 {
     uint32_t other = 0;
-    RTI_EACH_LANE(k)
+    RTI_EACH_LANE_INNER(k)
     other |= (h->geom[k] ^ last->geom) | (h->inst[k] ^ last->inst) | (uint32_t)(h->prim[k] == RTK_INVALID);
     return other == 0;
 }
@@ -116,7 +116,7 @@ static void find_keys(rti_worker *w, uint32_t first, uint32_t count, uint32_t *c
             const uint32_t material = miss ? 0 : last.material, key = miss ? 0 : last.key;
             uint32_t *materials = w->materials + first + n;
             memset(w->keys + n, (int)key, RTK_BLOCK);
-            RTI_EACH_LANE(i)
+            RTI_EACH_LANE_INNER(i)
             materials[i] = material;
             counts[key] += RTK_BLOCK;
             n += RTK_BLOCK;
@@ -138,7 +138,7 @@ static void place_rays(rti_worker *w, uint32_t first, uint32_t count, uint32_t *
         memset(same, w->keys[n], sizeof same);
         if (count - n >= RTK_BLOCK && memcmp(same, w->keys + n, sizeof same) == 0) {
             uint32_t *to = w->order + begins[w->keys[n]];
-            RTI_EACH_LANE(k)
+            RTI_EACH_LANE_INNER(k)
             to[k] = first + n + k;
             begins[w->keys[n]] += RTK_BLOCK;
             n += RTK_BLOCK;
@@ -206,7 +206,7 @@ static void take(const rti_worker *w, const uint32_t *order, uint32_t count, rti
         take_block(w, c);
         return;
     }
-    RTI_EACH_LANE(k)
+    RTI_EACH_LANE_INNER(k)
     c->ray[k] = order[k < count ? k : count - 1];
     take_scattered(w, c);
 }
@@ -216,7 +216,7 @@ static void take(const rti_worker *w, const uint32_t *order, uint32_t count, rti
 static void touch(rti_worker *w, rti_sheaf *c)
 {
     uint32_t differ = 0;
-    RTI_EACH_LANE(k)
+    RTI_EACH_LANE_INNER(k)
     differ |= c->material[k] ^ c->material[0];
     c->one_material = differ == 0;
     if (c->one_material) {
@@ -231,7 +231,7 @@ static void touch(rti_worker *w, rti_sheaf *c)
 static void plain_colors(const rtk_scene *scene, rti_sheaf *c)
 {
     const rtk_material *of = scene->materials;
-    RTI_EACH_LANE(k)
+    RTI_EACH_LANE_INNER(k)
     {
         const rtk_material *m = &of[c->material[k]];
         c->cr[k] = m->color[0];
@@ -240,7 +240,7 @@ static void plain_colors(const rtk_scene *scene, rti_sheaf *c)
     }
     if (!c->tinted)
         return;
-    RTI_EACH_LANE(k)
+    RTI_EACH_LANE_INNER(k)
     {
         c->cr[k] *= c->tr[k];
         c->cg[k] *= c->tg[k];
@@ -253,7 +253,7 @@ static void one_color(const rtk_scene *scene, rti_sheaf *c)
 {
     const rtk_material *m = &scene->materials[c->material[0]];
     const float r = m->color[0], g = m->color[1], b = m->color[2];
-    RTI_EACH_LANE(k)
+    RTI_EACH_LANE_INNER(k)
     {
         c->cr[k] = r;
         c->cg[k] = g;
@@ -281,7 +281,7 @@ RTI_LANES_FN static void misses(rti_worker *w, const rti_sheaf *c)
     if (world->background_tex == RTK_INVALID) {
         const rtk_vec3 low = rtk_v3(world->background[0], world->background[1], world->background[2]);
         const rtk_vec3 top = rtk_v3(world->background_top[0], world->background_top[1], world->background_top[2]);
-        RTI_EACH_LANE(k)
+        RTI_EACH_LANE_INNER(k)
         {
             rtk_vec3 e = rtk_gradient(low, top, rtk_v3(c->dx[k], c->dy[k], c->dz[k]));
             l.r[k] = c->tpr[k] * e.x;

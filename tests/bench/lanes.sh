@@ -36,7 +36,7 @@ for cc in gcc clang; do
       # the head's line (GCC) or the body's (Clang) is looked for in this file.
       awk -v cc=$cc -v isa=$isa -v file="$file" '
         FNR == NR { if ($0 ~ /loop vectorized|vectorized loop/ && index($0, file ":") == 1) { split($0, p, ":"); seen[p[2]] = 1 } next }
-        /RTI_EACH_LANE\(k\)/ { head[++n] = FNR; open = n }
+        /RTI_EACH_LANE(_INNER)?\([ki]\)/ { head[++n] = FNR; open = n }
         /^}/ { if (n) last[n] = FNR }
         END {
           for (i = 1; i <= n; i++) {
