@@ -88,11 +88,10 @@ static const uint32_t rows[RTI_GROUP][RTK_BLOCK] RTI_ROW = {{0, 1, 2, 3},
 /* A group's samples come one after the other. */
 static const rti_pair_seeds *seeds_of(const rti_frame *f, const rti_pixel_group *g, const uint32_t *pixel, rti_pixel_seeds *s)
 {
-    if (s->x != g->x || s->y != g->y || s->columns != g->columns || s->rows != g->rows) {
+    if (s->x != g->x || s->y != g->y || s->columns != g->columns) {
         s->x = g->x;
         s->y = g->y;
         s->columns = g->columns;
-        s->rows = g->rows;
         seed_pixels(f, pixel, &s->pair);
     }
     return &s->pair;

@@ -92,9 +92,10 @@ typedef struct rti_pair_seeds {
     uint32_t order[RTK_BLOCK], first[RTK_BLOCK], second[RTK_BLOCK];
 } rti_pair_seeds;
 
-/* Those of where camera rays pass a group's pixels: what its samples share. columns: 0 where there are none yet. */
+/* Those of where camera rays pass a group's pixels: what its samples share. columns: by which lanes are pixels; 0 where there are
+ * none yet. */
 typedef struct rti_pixel_seeds {
-    uint32_t x, y, columns, rows;
+    uint32_t x, y, columns;
     rti_pair_seeds pair;
 } rti_pixel_seeds;
 

@@ -330,8 +330,8 @@ static rt_status attempt(rt_scene *scene)
     status = collect_children(&c);
     if (status == RT_OK)
         status = make(&c);
-    if (status == RT_OK && !rti_snapshot_finish(c.next))
-        status = rti_fail_memory(scene->ctx, call_name, c.next->size);
+    if (status == RT_OK)
+        status = rti_snapshot_finish(c.next, call_name);
     if (status == RT_OK) {
         rti_cell_replace(&scene->cell, c.next);
         scene->geometry_changed = scene->primitives_changed = false;

@@ -175,8 +175,8 @@ rt_status rti_blob_decode(rt_context *ctx, const char *name, const void *bytes, 
     tree = r.head.tracer_tree;
     if (status == RT_OK && (tree >= RTI_TREE_KINDS || !rti_snapshot_complete(r.snapshot, tree)))
         status = broken(&r, "the trees that its tracer walks are missing");
-    if (status == RT_OK && !rti_snapshot_finish(r.snapshot))
-        status = rti_fail_memory(ctx, "rt_scene_load", r.snapshot->size);
+    if (status == RT_OK)
+        status = rti_snapshot_finish(r.snapshot, "rt_scene_load");
     if (status != RT_OK) {
         rti_snapshot_release(r.snapshot);
         return status;

@@ -33,10 +33,10 @@ struct rti_snapshot {
     rtk_scene kdtree_view;
 };
 
-/* Empty, one reference; NULL: no memory. Chunks are then put in (their references go to it) and finish makes the view.
- * false: no memory for it. */
+/* Empty, one reference; NULL: no memory. Chunks are then put in (their references go to it) and finish makes the view,
+ * or fails for want of memory, told as of `call`. */
 rti_snapshot *rti_snapshot_new(rt_context *ctx, uint32_t group_count, uint32_t texture_count);
-bool rti_snapshot_finish(rti_snapshot *snapshot);
+rt_status rti_snapshot_finish(rti_snapshot *snapshot, const char *call);
 /* Which part of the group a tree of it is over. */
 uint32_t rti_tree_part(const rti_part_group *group, const rti_chunk *tree);
 /* The same trees for another record of the group. */

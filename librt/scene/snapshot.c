@@ -206,7 +206,7 @@ static uint32_t scene_flags(const rtk_scene *v)
     return flags;
 }
 
-bool rti_snapshot_finish(rti_snapshot *s)
+rt_status rti_snapshot_finish(rti_snapshot *s, const char *call)
 {
     const rtk_material_header *materials = s->materials->data;
     const rtk_light_header *lights = s->lights->data;
@@ -228,13 +228,13 @@ bool rti_snapshot_finish(rti_snapshot *s)
     v->world = s->world->data;
     v->flags = scene_flags(v);
     if (!rti_snapshot_complete(s, RTK_TREE_KD))
-        return true;
+        return RT_OK;
     s->kdtree_groups = rti_alloc(s->ctx, s->group_count * sizeof *s->kdtree_groups);
     if (!s->kdtree_groups)
-        return false;
+        return rti_fail_memory(s->ctx, call, s->group_count * sizeof *s->kdtree_groups);
     rti_trace_by_kdtree(v, &s->kdtree_view, s->kdtree_groups);
     v->by_kdtree = &s->kdtree_view;
-    return true;
+    return RT_OK;
 }
 
 const rtk_scene *rti_snapshot_view(const rti_snapshot *snapshot)

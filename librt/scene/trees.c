@@ -412,8 +412,8 @@ rt_status rti_snapshot_with_tree(rti_snapshot *snapshot, uint32_t tree_kind, rti
     env = rti_fp_enter();
     status = rti_snapshot_build(next, call, 1u << tree_kind, NULL, cancel);
     rti_fp_leave(env);
-    if (status == RT_OK && !rti_snapshot_finish(next))
-        status = rti_fail_memory(snapshot->ctx, call, next->size);
+    if (status == RT_OK)
+        status = rti_snapshot_finish(next, call);
     if (status != RT_OK) {
         rti_snapshot_release(next);
         return status;

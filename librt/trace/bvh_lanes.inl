@@ -1,6 +1,6 @@
 /* Walk of a tree of eight-wide nodes by one ray: all boxes of a node at once, triangles four at a time. Instantiated like
- * kernel/bvh_walk.inl, which is told in full there, and what a ray is counted for (RTK_MODE_STEPS) is walked, so that it is the
- * same at every instruction set.
+ * kernel/bvh_walk.inl, which is told in full there. What a ray costs (RTK_MODE_STEPS) is counted on that walk itself, so that it is
+ * the same at every instruction set.
  */
 #if RTK_MODE & 4
 #include "../kernel/bvh_walk.inl"
