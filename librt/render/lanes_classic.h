@@ -149,7 +149,6 @@ static inline void rti_push_lanes(rti_worker *w, const rti_sheaf *c, const rti_l
     for (uint32_t l = lanes; l != 0; l &= l - 1)
         w->slots[c->home[__builtin_ctz(l)] >> w->frame->slot_shift].live++;
     while (lanes != 0) {
-        const uint32_t before = (uint32_t)__builtin_popcount(lanes);
         const rti_places places = rti_places_of(w->stack.count % RTK_BLOCK, &lanes), *to = &places;
         rtk_trace_block *t = &w->stack.trace[w->stack.count / RTK_BLOCK];
         rtk_path_block *p = &w->stack.path[w->stack.count / RTK_BLOCK];
@@ -175,7 +174,7 @@ static inline void rti_push_lanes(rti_worker *w, const rti_sheaf *c, const rti_l
         rti_put_row(p->spread, to, s->spread);
         rti_put_row(p->pdf, to, s->pdf);
         rti_put_row(w->stack.home[w->stack.count / RTK_BLOCK].home, to, c->home);
-        w->stack.count += before - (uint32_t)__builtin_popcount(lanes);
+        w->stack.count += places.count;
     }
 }
 

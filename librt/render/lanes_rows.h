@@ -71,6 +71,7 @@ _Static_assert(RTI_LIT_PX == 0 && RTI_LIT_ERROR == 3 && RTI_LIT_NX == 4 && RTI_L
 
 /* Where chosen lanes of rows go: from place k of a block's rows on, side by side. */
 typedef struct rti_places {
+    uint32_t count; /* how many they are */
 #ifdef RTI_PACK
     uint32_t k, lanes;
 #else
@@ -87,14 +88,17 @@ static inline rti_places rti_places_of(uint32_t k, uint32_t *lanes)
 #ifdef RTI_PACK
     p.k = k;
     p.lanes = rti_first(*lanes, RTK_BLOCK - k);
+    p.count = (uint32_t)__builtin_popcount(p.lanes);
     *lanes &= ~p.lanes;
 #else
+    const uint32_t begin = k;
     p.first = k & ~3u;
     p.kept = rti_m4_of((1u << (k & 3u)) - 1);
     for (uint32_t i = p.first; i < k; i++)
         p.lane[i] = 0;
     for (; *lanes != 0 && k < RTK_BLOCK; *lanes &= *lanes - 1)
         p.lane[k++] = (uint32_t)__builtin_ctz(*lanes);
+    p.count = k - begin;
     for (p.end = k; p.end & 3u; p.end++)
         p.lane[p.end] = p.lane[k - 1];
 #endif

@@ -108,7 +108,6 @@ static inline void rti_queue_some(rti_worker *w, uint32_t at, uint32_t lanes, co
 {
     rti_shadows *q = &w->shadows;
     while (lanes != 0) {
-        const uint32_t before = (uint32_t)__builtin_popcount(lanes);
         const rti_places places = rti_places_of(q->count % RTK_BLOCK, &lanes), *to = &places;
         rtk_trace_block *t = &q->trace[q->count / RTK_BLOCK];
         rti_pending_block *p = &q->pending[q->count / RTK_BLOCK];
@@ -125,7 +124,7 @@ static inline void rti_queue_some(rti_worker *w, uint32_t at, uint32_t lanes, co
         rti_put_row(p->g, to, s->c.g);
         rti_put_row(p->b, to, s->c.b);
         rti_put_row(p->home, to, w->lit_home + at);
-        q->count += before - (uint32_t)__builtin_popcount(lanes);
+        q->count += places.count;
     }
 }
 

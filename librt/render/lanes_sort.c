@@ -230,13 +230,23 @@ static void touch(rti_worker *w, rti_sheaf *c)
 /* The material's colour times the tint. */
 static void plain_colors(const rtk_scene *scene, rti_sheaf *c)
 {
-    const rtk_material *of = scene->materials;
-    RTI_EACH_LANE_INNER(k)
-    {
-        const rtk_material *m = &of[c->material[k]];
-        c->cr[k] = m->color[0];
-        c->cg[k] = m->color[1];
-        c->cb[k] = m->color[2];
+    const rtk_material *of = scene->materials, *all = &of[c->material[0]];
+    const float r = all->color[0], g = all->color[1], b = all->color[2];
+    if (c->one_material) {
+        RTI_EACH_LANE_INNER(k)
+        {
+            c->cr[k] = r;
+            c->cg[k] = g;
+            c->cb[k] = b;
+        }
+    } else {
+        RTI_EACH_LANE_INNER(k)
+        {
+            const rtk_material *m = &of[c->material[k]];
+            c->cr[k] = m->color[0];
+            c->cg[k] = m->color[1];
+            c->cb[k] = m->color[2];
+        }
     }
     if (!c->tinted)
         return;
@@ -245,19 +255,6 @@ static void plain_colors(const rtk_scene *scene, rti_sheaf *c)
         c->cr[k] *= c->tr[k];
         c->cg[k] *= c->tg[k];
         c->cb[k] *= c->tb[k];
-    }
-}
-
-/* The same where all are of one material, and nothing is tinted. */
-static void one_color(const rtk_scene *scene, rti_sheaf *c)
-{
-    const rtk_material *m = &scene->materials[c->material[0]];
-    const float r = m->color[0], g = m->color[1], b = m->color[2];
-    RTI_EACH_LANE_INNER(k)
-    {
-        c->cr[k] = r;
-        c->cg[k] = g;
-        c->cb[k] = b;
     }
 }
 
@@ -314,9 +311,7 @@ static void hits(rti_worker *w, rti_sheaf *c, rti_sheaf_fn then)
         rti_cover_lanes(w, c->home, c->count);
     RTI_ISA_FN(rti_lanes_surface)(w, c);
     touch(w, c);
-    if (c->material_kind != RTI_LOOK_EMISSIVE && c->one_material && !c->tinted)
-        one_color(scene, c);
-    else if (c->material_kind != RTI_LOOK_EMISSIVE)
+    if (c->material_kind != RTI_LOOK_EMISSIVE)
         plain_colors(scene, c);
     if (c->material_kind >= RTI_LOOK_TEXTURED)
         texture_colors(scene, c);

@@ -12,6 +12,28 @@ static rtk_vec3 row3(const float *x, const float *y, const float *z, uint32_t k)
     return rtk_v3(x[k], y[k], z[k]);
 }
 
+/* Do all lanes hit one geometry? */
+static bool one_geom(const rti_sheaf *c)
+{
+    uint32_t others = 0;
+    RTI_EACH_LANE(k)
+    others |= c->geom[k] ^ c->geom[0];
+    return others == 0;
+}
+
+/* Where in its group's triangles or shapes each lane's primitive is. */
+static void places_of(const rtk_group *g, const rti_sheaf *c, uint32_t *at)
+{
+    if (one_geom(c)) {
+        const uint32_t first = g->geoms[c->geom[0]].first;
+        RTI_EACH_LANE(k)
+        at[k] = first + c->prim[k];
+        return;
+    }
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        at[k] = g->geoms[c->geom[k]].first + c->prim[k];
+}
+
 /* ---- triangles ---- */
 
 /* Rows of three floats at each corner of the lanes' triangles: the first corner's, the second's, the third's; and room. */
@@ -27,22 +49,10 @@ static rtk_vec3 corner3(const corners *v, uint32_t i, uint32_t k)
 /* Large triangles fill whole sheaves. */
 static void load_vertices(const rtk_group *g, const rti_sheaf *c, corners *v)
 {
-    uint32_t at[RTK_BLOCK] RTI_ROW, first[RTK_BLOCK] RTI_ROW, others = 0, differ = 0;
+    uint32_t at[RTK_BLOCK] RTI_ROW, differ = 0;
+    places_of(g, c, at);
     RTI_EACH_LANE(k)
-    others |= c->geom[k] ^ c->geom[0];
-    if (others == 0) {
-        const uint32_t of_all = g->geoms[c->geom[0]].first;
-        RTI_EACH_LANE(k)
-        first[k] = of_all;
-    } else {
-        for (uint32_t k = 0; k < RTK_BLOCK; k++)
-            first[k] = g->geoms[c->geom[k]].first;
-    }
-    RTI_EACH_LANE(k)
-    {
-        at[k] = first[k] + c->prim[k];
-        differ |= at[k] ^ (first[0] + c->prim[0]);
-    }
+    differ |= at[k] ^ at[0];
     if (differ == 0) {
         const rtk_tri t = g->tris[at[0]];
         const float *from = t.v0; /* the nine of its corners stand in a row */
@@ -194,8 +204,10 @@ RTI_LANES_FN static void spheres(const rtk_group *g, rti_sheaf *c)
 {
     float sphere[4][RTK_BLOCK] RTI_ROW;
     const float *from[RTK_BLOCK], *radius = sphere[3];
-    RTI_EACH_LANE(k)
-    from[k] = g->shapes[g->geoms[c->geom[k]].first + c->prim[k]].p;
+    uint32_t place[RTK_BLOCK] RTI_ROW;
+    places_of(g, c, place);
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        from[k] = g->shapes[place[k]].p;
     rti_rows4(from, sphere);
     RTI_EACH_LANE(k)
     {
@@ -221,8 +233,9 @@ RTI_LANES_FN static void spheres(const rtk_group *g, rti_sheaf *c)
 
 static void shape_tints(const rtk_group *g, rti_sheaf *c)
 {
-    RTI_EACH_LANE(k)
-    {
+    if (g->geoms[c->geom[0]].off_colors == 0 && one_geom(c))
+        return;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
         const rtk_geom *geom = &g->geoms[c->geom[k]];
         if (geom->off_colors) {
             rtk_vec3 t = rtk_attribute3(g->attributes, geom->off_colors, c->prim[k]);
@@ -248,8 +261,10 @@ RTI_LANES_FN static void boxes(const rtk_group *g, rti_sheaf *c)
 {
     float box[8][RTK_BLOCK] RTI_ROW;
     const float *from[RTK_BLOCK];
-    RTI_EACH_LANE(k)
-    from[k] = g->shapes[g->geoms[c->geom[k]].first + c->prim[k]].p;
+    uint32_t place[RTK_BLOCK] RTI_ROW;
+    places_of(g, c, place);
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        from[k] = g->shapes[place[k]].p;
     rti_rows4(from, box);
     for (uint32_t k = 0; k < RTK_BLOCK; k++)
         from[k] += 4;

@@ -46,12 +46,11 @@ void RTI_ISA_FN(simd_take_rows)(const uint32_t ray[16], const uint32_t *blocks, 
 uint32_t RTI_ISA_FN(simd_put_rows)(uint32_t lanes, uint32_t count, const uint32_t row[16], uint32_t word, uint32_t *blocks)
 {
     while (lanes != 0) {
-        const uint32_t before = (uint32_t)__builtin_popcount(lanes);
         const rti_places places = rti_places_of(count % RTK_BLOCK, &lanes);
         uint32_t *block = blocks + count / RTK_BLOCK * SIMD_ROWS * RTK_BLOCK;
         rti_put_row(block, &places, row);
         rti_put_all(block + RTK_BLOCK, &places, word);
-        count += before - (uint32_t)__builtin_popcount(lanes);
+        count += places.count;
     }
     return count;
 }
