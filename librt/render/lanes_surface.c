@@ -65,8 +65,8 @@ static void load_vertices(const rtk_group *g, const rti_sheaf *c, corners *v)
     }
     for (uint32_t i = 0; i < 12; i += 4) { /* the last three are no corner's */
         const float *from[RTK_BLOCK];
-        RTI_EACH_LANE(k)
-        from[k] = (const float *)(const void *)&g->tris[at[k]] + i;
+        for (uint32_t k = 0; k < RTK_BLOCK; k++)
+            from[k] = (const float *)(const void *)&g->tris[at[k]] + i;
         rti_rows4(from, v->row + i);
     }
 }
@@ -90,19 +90,13 @@ static void load_attribute(const rtk_group *g, const rti_sheaf *c, size_t offset
     }
 }
 
-/* slivers, a constant of the caller: some lanes' normals take doubled floats. */
-static inline void flat(const corners *v, bool slivers, rti_sheaf *c, float *area)
+RTI_LANES_FN static void flat(const corners *v, rti_sheaf *c, float *area)
 {
     RTI_EACH_LANE(k)
     {
         rtk_vec3 a = corner3(v, 0, k), p, n;
         rtk_vec3 e1 = rtk_sub(corner3(v, 1, k), a), e2 = rtk_sub(corner3(v, 2, k), a);
         int plain = rtk_edges_normal(e1, e2, &n);
-        if (slivers) {
-            const rtk_vec3 exact = rtk_edges_normal_exact(e1, e2);
-            n = rtk_v3(plain ? n.x : exact.x, plain ? n.y : exact.y, plain ? n.z : exact.z);
-            plain = 1;
-        }
         c->error[k] = rtk_mesh_point(a, e1, e2, c->u[k], c->v[k], &p);
         c->px[k] = p.x;
         c->py[k] = p.y;
@@ -116,14 +110,22 @@ static inline void flat(const corners *v, bool slivers, rti_sheaf *c, float *are
     }
 }
 
-RTI_LANES_FN static void flat_plain(const corners *v, rti_sheaf *c, float *area)
-{
-    flat(v, false, c, area);
-}
-
+/* Normals of slivers, in doubled floats, for the lanes that are some. */
 RTI_LANES_FN static void flat_slivers(const corners *v, rti_sheaf *c, float *area)
 {
-    flat(v, true, c, area);
+    RTI_EACH_LANE(k)
+    {
+        const rtk_vec3 a = corner3(v, 0, k), e1 = rtk_sub(corner3(v, 1, k), a), e2 = rtk_sub(corner3(v, 2, k), a);
+        const rtk_vec3 n = rtk_edges_normal_exact(e1, e2), unit = rtk_unit_plain(n);
+        const float length = rtk_len(n);
+        rtk_vec3 other;
+        const int sliver = (!rtk_edges_normal(e1, e2, &other)) & rtk_unit_is_plain(rtk_maxabs(n));
+        area[k] = sliver ? length : area[k];
+        c->gx[k] = sliver ? unit.x : c->gx[k];
+        c->gy[k] = sliver ? unit.y : c->gy[k];
+        c->gz[k] = sliver ? unit.z : c->gz[k];
+        c->plain[k] |= (uint32_t)sliver;
+    }
 }
 
 /* Lanes that are not plain. */
@@ -139,7 +141,7 @@ static void mesh(const rtk_group *g, rti_sheaf *c, float *area)
 {
     corners v;
     load_vertices(g, c, &v);
-    flat_plain(&v, c, area);
+    flat(&v, c, area);
     if (some_rare(c))
         flat_slivers(&v, c, area);
 }
@@ -206,8 +208,8 @@ RTI_LANES_FN static void spheres(const rtk_group *g, rti_sheaf *c)
     const float *from[RTK_BLOCK], *radius = sphere[3];
     uint32_t place[RTK_BLOCK] RTI_ROW;
     places_of(g, c, place);
-    for (uint32_t k = 0; k < RTK_BLOCK; k++)
-        from[k] = g->shapes[place[k]].p;
+    RTI_EACH_LANE(k)
+    from[k] = g->shapes[place[k]].p;
     rti_rows4(from, sphere);
     RTI_EACH_LANE(k)
     {
@@ -263,8 +265,8 @@ RTI_LANES_FN static void boxes(const rtk_group *g, rti_sheaf *c)
     const float *from[RTK_BLOCK];
     uint32_t place[RTK_BLOCK] RTI_ROW;
     places_of(g, c, place);
-    for (uint32_t k = 0; k < RTK_BLOCK; k++)
-        from[k] = g->shapes[place[k]].p;
+    RTI_EACH_LANE(k)
+    from[k] = g->shapes[place[k]].p;
     rti_rows4(from, box);
     for (uint32_t k = 0; k < RTK_BLOCK; k++)
         from[k] += 4;
