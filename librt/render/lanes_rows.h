@@ -105,16 +105,23 @@ static inline rti_places rti_places_of(uint32_t k, uint32_t *lanes)
     return p;
 }
 
+#ifndef RTI_PACK
+/* Four words to places i to i + 3 of a row, but for those that stand before k. */
+static inline void rti_put_four(float *to, const rti_places *p, uint32_t i, rti_f4 words)
+{
+    rti_f4_store(to + i, i == p->first ? rti_f4_select(p->kept, rti_f4_load(to + i), words) : words);
+}
+#endif
+
+/* The chosen lanes of a row. */
 static inline void rti_put_row(void *to, const rti_places *p, const void *row)
 {
 #ifdef RTI_PACK
     rti_f16_put((float *)to + p->k, p->lanes, rti_f16_load(row));
 #else
     for (uint32_t i = p->first; i < p->end; i += 4) {
-        float *four = (float *)to + i;
         const uint32_t *from = row, *lane = p->lane + i;
-        const rti_f4 words = rti_f4_words(from + lane[0], from + lane[1], from + lane[2], from + lane[3]);
-        rti_f4_store(four, i == p->first ? rti_f4_select(p->kept, rti_f4_load(four), words) : words);
+        rti_put_four(to, p, i, rti_f4_words(from + lane[0], from + lane[1], from + lane[2], from + lane[3]));
     }
 #endif
 }
@@ -125,11 +132,8 @@ static inline void rti_put_all(void *to, const rti_places *p, uint32_t word)
 #ifdef RTI_PACK
     rti_f16_put((float *)to + p->k, p->lanes, rti_f16_set(rtk_float(word)));
 #else
-    const rti_f4 words = rti_f4_set(rtk_float(word));
-    for (uint32_t i = p->first; i < p->end; i += 4) {
-        float *four = (float *)to + i;
-        rti_f4_store(four, i == p->first ? rti_f4_select(p->kept, rti_f4_load(four), words) : words);
-    }
+    for (uint32_t i = p->first; i < p->end; i += 4)
+        rti_put_four(to, p, i, rti_f4_set(rtk_float(word)));
 #endif
 }
 

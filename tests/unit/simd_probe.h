@@ -59,14 +59,14 @@ typedef struct simd_packed {
     float take[8];                     /* rti_f8_take of a, lanes at[0] to at[3] modulo 8, twice */
 } simd_packed;
 
-#define SIMD_ROWS 3 /* of a block, for the next two */
+#define SIMD_ROWS 3 /* of a block, for take_rows and put_rows */
 
-/* take_rows: of rays ray[16] their words in rows of blocks, as a sheaf takes them (lanes_rows.h); put_rows: those of a row that
- * `lanes` chooses go behind the `count` that stand in the first rows of some blocks, and `word` as often in the second; returns how
- * many then do. */
 /* min, max: of a and b, lane by lane, in the widest vectors; lt, le, eq: likewise, a bit a lane. Returns how many lanes. packed:
  * of a, bits (of eight lanes the lower eight), numbers, at and from. Returns 16, or 8 where the level has those of eight lanes
- * alone (RTI_PACK8): what is of lists and in vectors of N lanes; or 0. */
+ * alone (RTI_PACK8): what is of lists and in vectors of N lanes; or 0.
+ * take_rows: of rays ray[16] their words in rows of blocks, as a sheaf takes them (lanes_rows.h). put_rows: those of a row that
+ * `lanes` chooses go behind the `count` that stand in the first rows of some blocks, and `word` as often in the second; returns how
+ * many then do. */
 #define PROBE(name, level)                                                                                                       \
     uint32_t simd_compare_##name(const float a[16], const float b[16], float min[16], float max[16], uint32_t bits[3]);          \
     void simd_rows4_##name(const float *const from[16], float to[4][16]);                                                        \
