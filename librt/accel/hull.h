@@ -55,6 +55,12 @@ static inline rti_bvh_box hull_box(hull a)
     const rti_f8 b = turned(a);
     return (rti_bvh_box){rti_f8_low(b), rti_f8_high(b)};
 }
+
+/* Products of two are those of its sides. */
+static inline rti_f4 hull_negative_sides(hull a)
+{
+    return rti_f8_low(a) + rti_f8_high(a);
+}
 #else
 typedef rti_bvh_box hull;
 
@@ -97,6 +103,11 @@ static inline hull hull_of(rti_bvh_box b)
 static inline rti_bvh_box hull_box(hull a)
 {
     return a;
+}
+
+static inline rti_f4 hull_negative_sides(hull a)
+{
+    return a.lo - a.hi;
 }
 #endif
 

@@ -28,8 +28,8 @@ typedef struct rti_kd_piece_kernels {
     /* The references of triangles in a leaf's box. */
     void (*refs)(const rti_build_input *in, const float lo[3], const float hi[3], const uint32_t *prims, uint32_t count,
                  rti_ref *refs);
-    /* Puts 5 to RTI_KD_SWEPT references in the order in which the first of them, as many as is returned, are the cheapest left
-     * part of whole blocks. */
+    /* Puts 3 to RTI_KD_SWEPT references in the order in which the first of them, as many as is returned, are the cheapest left
+     * part. 0: they are no more than a block, and cheaper together. */
     uint32_t (*part)(const rti_bvh *t, const rti_ref *refs, uint32_t count, rti_ref *sorted);
     rti_bvh_box (*around)(const rti_ref *refs, uint32_t count);
 } rti_kd_piece_kernels;

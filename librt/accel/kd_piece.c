@@ -193,47 +193,102 @@ static inline void rank(const int32_t low[RTI_KD_SWEPT], uint32_t count, uint8_t
     }
 }
 
-/* The cheapest place to part sorted references at, whole blocks on the left; *cost: what it costs. */
-static inline uint32_t sweep(const rti_bvh *t, const rti_ref *refs, const uint8_t *order, uint32_t count, float *cost)
+/* Areas of four boxes of references, which are grown already. */
+RTI_VEC rti_f4 areas_of(const rti_bvh *t, const hull all[4])
 {
-    hull block[RTI_KD_SWEPT / RTK_BVH_BLOCK], left = hull_nothing();
-    float right[RTI_KD_SWEPT / RTK_BVH_BLOCK];
-    const uint32_t blocks = (count + RTK_BVH_BLOCK - 1) / RTK_BVH_BLOCK;
-    uint32_t best = RTK_BVH_BLOCK;
-    for (uint32_t k = 0; k < blocks; k++) {
-        /* NOLINTNEXTLINE(clang-analyzer-core.uninitialized.ArraySubscript): rank() set all of them; its places are vectors */
-        block[k] = hull_ref(&refs[order[RTK_BVH_BLOCK * k]]);
-        for (uint32_t i = RTK_BVH_BLOCK * k + 1; i < rtk_umin(RTK_BVH_BLOCK * (k + 1), count); i++)
-            block[k] = hull_around(block[k], hull_ref(&refs[order[i]]));
-    }
-    hull rest = hull_nothing();
-    for (uint32_t k = blocks; k-- > 1;) {
-        rest = hull_around(rest, block[k]);
-        right[k] = rti_bvh_area(t, hull_box(rest)) * rti_bvh_leaf_cost(t, count - RTK_BVH_BLOCK * k);
-    }
-    *cost = RTK_INF;
-    for (uint32_t k = 1; k < blocks; k++) {
-        left = hull_around(left, block[k - 1]);
-        const float sum = rti_bvh_area(t, hull_box(left)) * rti_bvh_leaf_cost(t, RTK_BVH_BLOCK * k) + right[k];
-        if (sum < *cost) {
-            *cost = sum;
-            best = RTK_BVH_BLOCK * k;
+    const rti_f4 unit = rti_f4_set(t->unit);
+    rti_f4 sides[4], by[4];
+    for (uint32_t i = 0; i < 4; i++)
+        sides[i] = hull_negative_sides(all[i]);
+    rti_f4_turn(sides, by);
+    const rti_f4 x = by[0] * unit, y = by[1] * unit, z = by[2] * unit;
+    return x * y + y * z + z * x;
+}
+
+#define SPARE 4u /* what vectors write in front of a row or behind it */
+
+/* The cheapest place to part sorted references at; *cost: what it costs. */
+static inline uint32_t sweep(const rti_bvh *t, const hull boxes[RTI_KD_SWEPT], const uint8_t order[RTI_KD_SWEPT], uint32_t count,
+                             float *cost)
+{
+    float left[RTI_KD_SWEPT + SPARE],
+        right[RTI_KD_SWEPT + 2 * SPARE]; /* areas of the first k + 1, and of those from k - SPARE on */
+    const rti_f4 own = rti_f4_set(t->leaf_cost);
+    hull lefts = hull_nothing(), rights = lefts;
+    rti_f4 best = rti_f4_set(RTK_INF);
+    rti_i4 which = rti_i4_set(0), at = (rti_i4){1, 2, 3, 4};
+    for (uint32_t k = 0; k + 1 < count; k += 4) {
+        hull from[4], to[4];
+        for (uint32_t i = 0; i < 4; i++) { /* beyond the last but one, of which no more is asked, the last again */
+            const uint32_t n = rtk_umin(k + i, count - 1);
+            /* NOLINTBEGIN(clang-analyzer-core.uninitialized.ArraySubscript): rank() set all of them; its places are vectors */
+            from[i] = lefts = hull_around(lefts, boxes[order[n]]);
+            to[3 - i] = rights = hull_around(rights, boxes[order[count - 1 - n]]);
+            /* NOLINTEND(clang-analyzer-core.uninitialized.ArraySubscript) */
         }
+        rti_f4_store(left + k, areas_of(t, from));
+        rti_f4_store(right + SPARE + count - 4 - k, areas_of(t, to));
     }
-    return best;
+    for (uint32_t k = 1; k < count; k += 4, at += 4) {
+        const rti_i4 rest = (int32_t)count - at;
+        const rti_f4 fours = rti_i4_floats((at + 3) >> 2), others = rti_i4_floats((rest + 3) >> 2); /* rti_bvh_leaf_cost */
+        const rti_f4 sum = rti_f4_load(left + k - 1) * (own * fours) + rti_f4_load(right + SPARE + k) * (own * others);
+        const rti_i4 take = (sum < best) & (rest > 0);
+        best = rti_f4_pick(take, sum, best);
+        which = rti_i4_pick(take, at, which);
+    }
+    uint32_t lane = 0;
+    for (uint32_t i = 1; i < 4; i++)
+        if (best[i] < best[lane] || (best[i] == best[lane] && which[i] < which[lane]))
+            lane = i;
+    *cost = best[lane];
+    return rtk_umax((uint32_t)which[lane], 1);
+}
+
+/* Three or four references, of which all ways are tried: each by itself or, of four, with another one; 0 where none is cheaper
+ * than all together. */
+static inline uint32_t part_few(const rti_bvh *t, const rti_ref *refs, uint32_t count, rti_ref *sorted)
+{
+    static const uint8_t orders[7][4] = {{0, 1, 2, 3}, {1, 0, 2, 3}, {2, 0, 1, 3}, {3, 0, 1, 2},
+                                         {0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2}};
+    const hull a = hull_ref(&refs[0]), b = hull_ref(&refs[1]), c = hull_ref(&refs[2]);
+    const hull d = count > 3 ? hull_ref(&refs[3]) : hull_nothing(); /* that by itself costs what is infinite */
+    const hull ab = hull_around(a, b), ac = hull_around(a, c), ad = hull_around(a, d);
+    const hull cd = hull_around(c, d), bd = hull_around(b, d), bc = hull_around(b, c);
+    const hull one[4] = {a, b, c, d},
+               others[4] = {hull_around(b, cd), hull_around(a, cd), hull_around(d, ab), hull_around(c, ab)};
+    const hull two[4] = {ab, ac, ad, hull_around(ab, cd)}, rest[4] = {cd, bd, bc, bc};
+    const rti_f4 halves = areas_of(t, two);
+    float cost[8];
+    uint32_t best = 0;
+    rti_f4_store(cost, areas_of(t, one) + areas_of(t, others));
+    rti_f4_store(cost + 4, halves + areas_of(t, rest));
+    for (uint32_t k = 1; k < (count > 3 ? 7u : 3u); k++)
+        best = cost[k] < cost[best] ? k : best;
+    if (!(cost[best] < halves[3]))
+        return 0;
+    for (uint32_t i = 0, n = 0; i < 4; i++)
+        if (orders[best][i] < count)
+            sorted[n++] = refs[orders[best][i]];
+    return best < 4 ? 1 : 2;
 }
 
 static uint32_t part(const rti_bvh *t, const rti_ref *refs, uint32_t count, rti_ref *sorted)
 {
     uint8_t order[3][RTI_KD_SWEPT];
     int32_t low[3][RTI_KD_SWEPT];
+    hull boxes[RTI_KD_SWEPT];
     uint32_t at = 0, by = 0;
     float least = RTK_INF;
+    if (count == 3 || count == 4)
+        return part_few(t, refs, count, sorted);
+    for (uint32_t i = 0; i < count; i++)
+        boxes[i] = hull_ref(&refs[i]);
     numbers(refs, count, low);
     for (uint32_t axis = 0; axis < 3; axis++) {
         float cost;
         rank(low[axis], count, order[axis]);
-        const uint32_t place = sweep(t, refs, order[axis], count, &cost);
+        const uint32_t place = sweep(t, boxes, order[axis], count, &cost);
         if (axis > 0 && !(cost < least))
             continue;
         by = axis;
