@@ -15,6 +15,8 @@
 #define vec_rows   rti_i16
 #define vmask      rti_m16
 #define tri_test   rti_tri16
+#define tri_told   rti_tri_told16
+#define tri_bounds rti_tri_bounds16
 #define tri_inside rti_tri_inside16
 #define tri_ray    rti_tri_ray16
 #define tri_hit    rti_tri_hit16
@@ -29,6 +31,8 @@
 #define vec_rows   rti_i8
 #define vmask      rti_m8
 #define tri_test   rti_tri8
+#define tri_told   rti_tri_told8
+#define tri_bounds rti_tri_bounds8
 #define tri_inside rti_tri_inside8
 #define tri_ray    rti_tri_ray8
 #define tri_hit    rti_tri_hit8
@@ -41,6 +45,8 @@
 #define vec        rti_f4
 #define vmask      rti_m4
 #define tri_test   rti_tri4
+#define tri_told   rti_tri_told4
+#define tri_bounds rti_tri_bounds4
 #define tri_inside rti_tri_inside4
 #define tri_ray    rti_tri_ray4
 #define tri_hit    rti_tri_hit4

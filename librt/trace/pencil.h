@@ -34,6 +34,11 @@
  *           (P + S): four products, each with one factor wrong by e, and roundings of products that add up to less than 2 s s,
  *           six each at most. The leaf test's signs are those of its corners exactly, so below minus that an edge function is
  *           negative there, too.
+ *   told    where det has one sign for all rays, no |x| or |y| is more than s + e, no |det| less than the middle's less what it
+ *           changes by, and depths of corners differ by no more than here and e: so much bounds what the leaf test asks of a hit,
+ *           for its weights are not negative and add up to less than 1 + 4 u: q <= (s + e)^2 / |det|, its e <= (10 + 11 q) times
+ *           the depths' difference. Where that would do at the hit's depth it is not found ray by ray; a sixtieth is left for
+ *           roundings. (Primary rays of rooms 1.03 to 1.07 times as fast.)
  */
 #ifndef RTI_PENCIL_H
 #define RTI_PENCIL_H

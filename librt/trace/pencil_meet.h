@@ -7,11 +7,25 @@
 
 /* Four triangles as the rays of a pencil see them. side[k]: the edge function's value at the middle slopes, as far beyond it as
  * the leaf test's may be, and what it grows by with each slope, turned so that it is negative outside; sign: where it grows with
- * a slope, a bit a triangle. near: no point is less deep. */
+ * a slope, a bit a triangle. near: no point is less deep. deep, rough: as rti_tri_bounds has them, infinite where that is not told.
+ */
 typedef struct pencil_four {
-    float side[3][3][RTK_BVH_BLOCK], near[RTK_BVH_BLOCK];
+    float side[3][3][RTK_BVH_BLOCK], near[RTK_BVH_BLOCK], deep[RTK_BVH_BLOCK], rough[RTK_BVH_BLOCK];
     rtk_u32 sign[3][2];
 } pencil_four;
+
+/* `deep` and `rough` of four triangles. size: no |x| or |y| of a corner is greater at any ray; det: no |det| is less; span: no
+ * depths of corners lie farther apart. */
+RTI_VEC void pencil_deep(pencil_four *f, rti_f4 size, rti_f4 det, rti_f4 span, float scale)
+{
+    const rti_f4 inf = rti_f4_set(RTK_INF), ten = rti_f4_set(10.0f);
+    const rti_f4 q = size * size / det, off = (ten + rti_f4_set(11.0f) * q) * span;
+    const rti_m4 told = rti_m4_and(rti_f4_le(rti_f4_set(CERTAIN_DET), det), rti_f4_le(q, rti_f4_set(CERTAIN_Q)));
+    const rti_m4 fits = rti_m4_and(rti_f4_le(off, rti_f4_set(31.0f * scale)),
+                                   rti_f4_le((size + size) * (ten * q + rti_f4_set(12.0f)), rti_f4_set(127.0f * scale)));
+    rti_f4_store(f->deep, rti_f4_select(rti_m4_and(told, fits), off * rti_f4_set(1.0f / 63.0f), inf));
+    rti_f4_store(f->rough, rti_f4_select(told, off * rti_f4_set(2.5e-7f), inf));
+}
 
 /* Of a block's triangles those that some ray may hit. */
 RTI_APART rtk_u32 pencil_see(const pencil *p, const rtk_bvhblock *b, pencil_four *f)
@@ -54,6 +68,8 @@ RTI_APART rtk_u32 pencil_see(const pencil *p, const rtk_bvhblock *b, pencil_four
         f->sign[k][1] = rti_m4_bits(rti_f4_lt(zero, c));
     }
     rti_f4_store(f->near, near);
+    const rti_f4 span = rti_f4_max(rti_f4_abs(z[1] - z[0]), rti_f4_abs(z[2] - z[0])) + e;
+    pencil_deep(f, s + e, rti_f4_abs(det) - spread, span, p->part->scale);
     return rti_m4_bits(keep);
 }
 
@@ -174,9 +190,9 @@ RTI_VEC void pencil_take(pencil *p, rtk_u32 mode, const tri_ray *r, const float 
 }
 
 /* pencil_triangle, of corners in the rays' order of axes; org: of all rays, where `one` says so: what depends on that and on
- * corners alone is then found once. */
+ * corners alone is then found once. told: what is known of them, or NULL. */
 RTI_VEC void pencil_bundles(pencil *p, rtk_u32 mode, const float c[3][3], rtk_u32 ref, pencil_bits bundles, const uint16_t *rays,
-                            int one, const vec org[3])
+                            int one, const vec org[3], const tri_bounds *told)
 {
     const rtk_u32 x = p->kx, y = p->ky, z = p->kz;
     const vec v0[3] = {V(set)(c[0][0]), V(set)(c[0][1]), V(set)(c[0][2])};
@@ -202,25 +218,35 @@ RTI_VEC void pencil_bundles(pencil *p, rtk_u32 mode, const float c[3][3], rtk_u3
                                V(set)(0.0f),
                                V(set)(p->part->scale)};
             tri_hit hit;
-            if (tri_test(&r, v0, v1, v2, lanes, &hit) != 0u)
+            if (tri_told(&r, v0, v1, v2, lanes, told, mode & RTK_MODE_ANY, &hit) != 0u)
                 pencil_take(p, mode, &r, c, i, k, ref, &hit);
         }
     }
 }
 
-/* Triangle j of a block for the rays of some bundles, or those of them in `rays` (NULL: all). one: as the pencil's. */
+/* Triangle j of a block for the rays of some bundles, or those of them in `rays` (NULL: all). one: as the pencil's; f: NULL where
+ * the triangle was not looked at before. */
 RTI_APART void pencil_triangle(pencil *p, rtk_u32 mode, const rtk_bvhblock *b, rtk_u32 j, rtk_u32 ref, pencil_bits bundles,
-                               const uint16_t *rays, int one)
+                               const uint16_t *rays, int one, const pencil_four *f)
 {
     const rtk_u32 x = p->kx, y = p->ky, z = p->kz;
     const float c[3][3] = {{b->v0[x][j], b->v0[y][j], b->v0[z][j]},
                            {b->v1[x][j], b->v1[y][j], b->v1[z][j]},
                            {b->v2[x][j], b->v2[y][j], b->v2[z][j]}};
     const vec org[3] = {V(set)(p->apex[0]), V(set)(p->apex[1]), V(set)(p->apex[2])};
-    if (one && !(mode & RTK_MODE_ANY)) /* of any hits so few bundles meet a triangle that it is not worth it */
-        pencil_bundles(p, mode, c, ref, bundles, rays, 1, org);
-    else
-        pencil_bundles(p, mode, c, ref, bundles, rays, one, org);
+    /* Of any hits so few bundles meet a triangle that it is not worth it to find once what their rays share. */
+    const int shared = one && !(mode & RTK_MODE_ANY);
+    if (f && f->rough[j] < RTK_INF) {
+        const tri_bounds told = {V(set)(f->deep[j]), V(set)(f->rough[j])};
+        if (shared)
+            pencil_bundles(p, mode, c, ref, bundles, rays, 1, org, &told);
+        else
+            pencil_bundles(p, mode, c, ref, bundles, rays, one, org, &told);
+    } else if (shared) {
+        pencil_bundles(p, mode, c, ref, bundles, rays, 1, org, NULL);
+    } else {
+        pencil_bundles(p, mode, c, ref, bundles, rays, one, org, NULL);
+    }
 }
 
 #ifdef RTI_PACK8

@@ -182,7 +182,7 @@ RTI_VEC void pencil_all(pencil *p, rtk_u32 mode, rtk_u32 at, rtk_u32 keep, penci
 #else
     for (; keep != 0u; keep &= keep - 1u) {
         const rtk_u32 j = (rtk_u32)__builtin_ctz(keep);
-        pencil_triangle(p, mode, &tree->blocks[at / 4u], j, tree->refs[at + j], a->bundles & p->bundles, a->rays, one);
+        pencil_triangle(p, mode, &tree->blocks[at / 4u], j, tree->refs[at + j], a->bundles & p->bundles, a->rays, one, NULL);
     }
 #endif
 }
@@ -261,7 +261,7 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
         for (; keep != 0u; keep &= keep - 1u) {
             const rtk_u32 j = (rtk_u32)__builtin_ctz(keep);
             some[j] &= a.bundles & p->bundles;
-            pencil_triangle(p, mode, b, j, tree->refs[at + j], some[j], a.known ? a.rays : NULL, one);
+            pencil_triangle(p, mode, b, j, tree->refs[at + j], some[j], a.known ? a.rays : NULL, one, &f);
             if (repeats && !a.known)
                 pencil_mail_met(p, tree->refs[at + j], some[j]);
         }

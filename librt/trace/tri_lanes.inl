@@ -9,6 +9,8 @@
 #define RAY    LANES_TYPE(rti_tri_ray, RTI_N)
 #define RESULT LANES_TYPE(rti_tri_hit, RTI_N)
 #define TEST   LANES_TYPE(rti_tri, RTI_N)
+#define TOLD   LANES_TYPE(rti_tri_told, RTI_N)
+#define BOUNDS LANES_TYPE(rti_tri_bounds, RTI_N)
 #define INSIDE LANES_TYPE(rti_tri_inside, RTI_N)
 #define EDGES  LANES_TYPE(rti_tri_edges, RTI_N)
 #define SHEAR  LANES_TYPE(rti_tri_shear, RTI_N)
@@ -32,6 +34,12 @@ typedef struct EDGES {
     uint32_t keep;
 } EDGES;
 
+/* What is known beforehand of a triangle and all rays: det is told and finite; at `deep` or more from a ray's origin the first half
+ * stands for certain; `rough` is the most that 2.4e-7 e comes to. */
+typedef struct BOUNDS {
+    VEC deep, rough;
+} BOUNDS;
+
 RTI_VEC EDGES SHEAR(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes)
 {
     const VEC zero = F(set)(0.0f);
@@ -52,8 +60,10 @@ RTI_VEC uint32_t INSIDE(const RAY *r, const VEC a[3], const VEC b[3], const VEC 
     return SHEAR(r, a, b, c, lanes).keep;
 }
 
-/* a[0] x, a[1] y, a[2] z of vertex 0 in the ray's order of axes, likewise b, c; lanes: those that count. Returns hit | doubt. */
-RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes, RESULT *out)
+/* a[0] x, a[1] y, a[2] z of vertex 0 in the ray's order of axes, likewise b, c; lanes: those that count. Returns hit | doubt.
+ * told_of: NULL, or what spares most of the bounds; tshift is 0 then. any: with it, of a hit t, u, v are not asked. */
+RTI_VEC uint32_t TOLD(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes, const BOUNDS *told_of,
+                      int any, RESULT *out)
 {
     const VEC zero = F(set)(0.0f);
     const EDGES s = SHEAR(r, a, b, c, lanes);
@@ -63,16 +73,47 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
     if (__builtin_expect(keep == 0u, 1))
         return 0u;
     VEC det = uu + vv + ww, size = F(abs)(det);
-    keep &= M(bits)(F(lt)(size, F(set)(RTK_INF)));
+    if (!told_of)
+        keep &= M(bits)(F(lt)(size, F(set)(RTK_INF)));
     VEC inv = F(set)(1.0f) / det, db = bz - az, dc = cz - az;
     VEC wb = vv * inv, wc = ww * inv, z = az + (wb * db + wc * dc);
+    const VEC ahead = F(select)(F(lt)(r->kdz, zero), -z, z);
+    const MASK edge = M(or)(M(or)(F(eq)(uu, zero), F(eq)(vv, zero)), F(eq)(ww, zero));
+    out->certain = 0u;
+    out->off = zero;
+    out->u = F(min)(wb, F(set)(1.0f));
+    out->v = F(min)(wc, F(set)(1.0f));
+    if (told_of) {
+        const VEC slope = F(abs)(r->kdz);
+        if (keep & M(bits)(F(lt)(ahead, zero))) { /* as below */
+            const VEC less = F(select)(F(eq)(r->tmin, zero), F(set)(TRI_BEHIND), F(set)(2.0f * RTK_TRI_PLANE) * r->scale);
+            const MASK behind = F(lt)(ahead + (told_of->rough + less), zero);
+            keep &= ~M(bits)(M(and)(behind, M(and)(F(le)(zero, r->tmin), F(eq)(r->tshift, zero))));
+            if (keep == 0u)
+                return 0u;
+        }
+        if (any) { /* `certain`, as below, in depths: there is a hit, whatever the second half makes of its t */
+            const VEC off = told_of->rough + (F(set)(SETTLE_OFF) * r->scale + F(set)(2.0e-6f) * F(abs)(z) + F(set)(1e-18f));
+            const MASK in = M(and)(F(lt)(r->tmin * slope, ahead - off), F(lt)(ahead + off, r->tmax * slope));
+            if ((keep & ~M(bits)(M(andnot)(in, edge))) == 0u) {
+                out->doubt = 0u;
+                out->hit = keep;
+                return keep;
+            }
+        } else if ((keep & ~M(bits)(M(andnot)(F(le)(told_of->deep, F(abs)(z)), edge))) == 0u) {
+            const VEC t = r->tshift + z / r->kdz;
+            out->doubt = 0u;
+            out->t = t;
+            out->hit = keep & M(bits)(M(and)(F(lt)(r->tmin, t), F(lt)(t, r->tmax)));
+            return out->hit;
+        }
+    }
     VEC mx = F(max)(F(max)(F(abs)(ax), F(abs)(bx)), F(abs)(cx));
     VEC my = F(max)(F(max)(F(abs)(ay), F(abs)(by)), F(abs)(cy));
     VEC d = F(max)(F(abs)(db), F(abs)(dc)), q = mx * my * F(abs)(inv);
     VEC e = wb * F(abs)(db) + wc * F(abs)(dc);
     e = F(set)(10.0f) * e + (F(set)(7.0f) * e + F(set)(4.0f) * d) * q;
     MASK told = F(le)(F(set)(RTK_TRI_LEAST), size);
-    const VEC ahead = F(select)(F(lt)(r->kdz, zero), -z, z);
     if (keep & M(bits)(F(lt)(ahead, zero))) {
         /* Behind the origin by twice what is asked for below: as the triangle beside which a ray starts. */
         const VEC less = F(select)(F(eq)(r->tmin, zero), F(set)(TRI_BEHIND), F(set)(2.0f * RTK_TRI_PLANE) * r->scale);
@@ -83,11 +124,9 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
     }
     MASK good = F(le)(e, F(min)(F(set)(32.0f) * r->scale, F(set)(64.0f) * F(abs)(z)));
     good = M(and)(good, F(le)((mx + my) * (F(set)(10.0f) * q + F(set)(12.0f)), F(set)(128.0f) * r->scale));
-    MASK edge = M(or)(M(or)(F(eq)(uu, zero), F(eq)(vv, zero)), F(eq)(ww, zero));
     uint32_t sure = keep & M(bits)(M(andnot)(M(and)(good, told), edge)), doubt = keep & ~sure;
-    VEC th = r->tshift + z / r->kdz;
-    out->certain = 0u;
-    out->off = zero;
+    const VEC th = r->tshift + z / r->kdz;
+    out->t = th;
     if (doubt) {
         VEC slope = F(abs)(r->kdz), off;
         e = F(set)(1.2e-7f) * e / slope;
@@ -103,10 +142,12 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
     }
     out->hit = sure & M(bits)(M(and)(F(lt)(r->tmin, th), F(lt)(th, r->tmax)));
     out->doubt = doubt;
-    out->t = th;
-    out->u = F(min)(wb, F(set)(1.0f));
-    out->v = F(min)(wc, F(set)(1.0f));
     return out->hit | doubt;
+}
+
+RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes, RESULT *out)
+{
+    return TOLD(r, a, b, c, lanes, NULL, 0, out);
 }
 
 #undef F
@@ -116,6 +157,8 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
 #undef RAY
 #undef RESULT
 #undef TEST
+#undef TOLD
+#undef BOUNDS
 #undef INSIDE
 #undef EDGES
 #undef SHEAR
