@@ -8,12 +8,23 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
 
 #include "librt/scene.h"
+
+/* Ends the test as skipped where RT_ISA (librt_at_levels) names what does not run here. */
+static inline void kit_level(void)
+{
+    const char *wanted = getenv("RT_ISA");
+    if (wanted && strcmp(wanted, rt_isa()) != 0) {
+        printf("skipped: RT_ISA is %s, which does not run here\n", wanted);
+        exit(77);
+    }
+}
 
 /* An allocator that counts bytes and can refuse the n-th request. */
 typedef struct kit_memory {

@@ -142,5 +142,6 @@ static void every_scale_is_traced_alike(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(every_scale_is_traced_alike)};
+    kit_level();
     return cmocka_run_group_tests_name("extreme", tests, NULL, NULL);
 }

@@ -589,5 +589,6 @@ int main(void)
         cmocka_unit_test(test_hits),    cmocka_unit_test(test_workers),   cmocka_unit_test(test_choice),
         cmocka_unit_test(test_parts),   cmocka_unit_test(test_instances), cmocka_unit_test(test_refused),
         cmocka_unit_test(test_normals), cmocka_unit_test(test_smooth),    cmocka_unit_test(test_no_memory)};
+    kit_level();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
