@@ -8,10 +8,6 @@
 #include "lane.h"
 #include "tracers.h"
 
-#define JOIN_(a, b, c) a##_##b##_##c
-#define JOIN(a, b, c)  JOIN_(a, b, c)
-#define RTK_NAME(x)    JOIN(RTI_TRACER_NAME, x, RTK_MODE)
-
 #define RTK_MODE 0
 #include RTI_MODE_INL
 #ifdef RTI_PACKET_INL

@@ -16,4 +16,9 @@
 
 extern const rti_tracer RTI_ISA_FN(rti_tracers)[];
 
+/* Names of what is compiled once a mode (modes.inl): RTI_TRACER_NAME's x for the mode RTK_MODE. */
+#define JOIN_(a, b, c) a##_##b##_##c
+#define JOIN(a, b, c)  JOIN_(a, b, c)
+#define RTK_NAME(x)    JOIN(RTI_TRACER_NAME, x, RTK_MODE)
+
 #endif
