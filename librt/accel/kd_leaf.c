@@ -21,9 +21,13 @@ typedef struct span {
     uint32_t begin, count, node;
 } span;
 
+/* own: nodes of the pieces, two at a time, numbered from kd_count on. */
 typedef struct cutter {
     const rti_bvh *t;
     const rti_kd_piece_kernels *kernels;
+    rti_bvh_node *own;
+    uint32_t own_count;
+    size_t own_capacity;
     rti_ref *items, *spare;
     uint64_t *keys;
     span *spans;
@@ -79,8 +83,24 @@ static bool reserve(cutter *c, uint32_t count)
            rti_reserve(ctx, (void **)&c->keys, &c->key_capacity, 0, count, sizeof *c->keys);
 }
 
-/* extra: where its pieces' nodes are to be, moved on. */
-static bool cut_leaf(cutter *c, const large *l, uint32_t *extra)
+static rti_bvh_node *node_at(const cutter *c, uint32_t node)
+{
+    return node < c->t->kd_count ? &c->t->nodes[node] : &c->own[node - c->t->kd_count];
+}
+
+/* Gives node `node` two children and returns the first; 0: no memory. */
+static uint32_t take_pair(cutter *c, uint32_t node)
+{
+    const uint32_t pair = c->t->kd_count + c->own_count;
+    if (!rti_reserve(c->t->ctx, (void **)&c->own, &c->own_capacity, c->own_count, 2, sizeof *c->own))
+        return 0;
+    node_at(c, node)->child = pair;
+    node_at(c, node)->count = 0;
+    c->own_count += 2;
+    return pair;
+}
+
+static bool cut_leaf(cutter *c, const large *l)
 {
     const rti_bvh *t = c->t;
     if (!reserve(c, l->count) || !push(c, (span){0, l->count, l->node}))
@@ -90,12 +110,12 @@ static bool cut_leaf(cutter *c, const large *l, uint32_t *extra)
         const span s = c->spans[--c->span_count];
         rti_ref *items = c->items + s.begin;
         const rti_bvh_box box = c->kernels->around(items, s.count);
-        rti_bvh_node *n = &t->nodes[s.node];
+        rti_bvh_node *n = node_at(c, s.node);
+        uint32_t left = 0, pair;
         for (int a = 0; a < 3; a++) {
             n->lo[a] = box.lo[a];
             n->hi[a] = box.hi[a];
         }
-        uint32_t left = 0;
         if (s.count > RTI_KD_SWEPT)
             left = halve(c, items, s.count, box, c->spare);
         else if (s.count > PIECE)
@@ -108,10 +128,8 @@ static bool cut_leaf(cutter *c, const large *l, uint32_t *extra)
             continue;
         }
         memcpy(items, c->spare, s.count * sizeof *items);
-        n->child = *extra;
-        n->count = 0;
-        *extra += 2;
-        if (!push(c, (span){s.begin + left, s.count - left, n->child + 1}) || !push(c, (span){s.begin, left, n->child}))
+        pair = take_pair(c, s.node);
+        if (pair == 0 || !push(c, (span){s.begin + left, s.count - left, pair + 1}) || !push(c, (span){s.begin, left, pair}))
             return false;
     }
     return true;
@@ -121,10 +139,17 @@ static bool cut_leaf(cutter *c, const large *l, uint32_t *extra)
 
 #define CHUNK 4096u /* nodes a task */
 
+/* Of a task: what became of it, the nodes of its pieces, and where they will be. */
+typedef struct made {
+    rt_status got;
+    rti_bvh_node *own;
+    uint32_t count, first;
+    size_t size;
+} made;
+
 typedef struct job {
     rti_bvh *t;
-    uint32_t *extra; /* a task: room for nodes of its pieces, then the first of them */
-    rt_status *got;
+    made *made;
 } job;
 
 /* References of a leaf that has more triangles than a piece holds, and nothing else; 0: it is none. */
@@ -140,17 +165,6 @@ static uint32_t large_count(const rti_bvh *t, uint32_t node)
     return count;
 }
 
-static void count_task(void *data, uint32_t index)
-{
-    const job *j = data;
-    const uint32_t begin = index * CHUNK, end = rtk_umin(begin + CHUNK, j->t->kd_count);
-    j->extra[index] = 0;
-    for (uint32_t i = begin; i < end; i++) {
-        const uint32_t count = large_count(j->t, i);
-        j->extra[index] += count > 0 ? 2 * (count - 1) : 0; /* at most: mostly half of that memory is never touched */
-    }
-}
-
 static void take_leaf(rti_bvh *t, uint32_t node)
 {
     const rti_kd_node *from = &t->kd[node];
@@ -162,7 +176,7 @@ static void take_leaf(rti_bvh *t, uint32_t node)
     memcpy(t->order + from->node.a, t->kd_refs + from->node.a, n->count * sizeof *t->order);
 }
 
-static rt_status take_leaves(rti_bvh *t, cutter *c, uint32_t begin, uint32_t end, uint32_t extra)
+static rt_status take_leaves(rti_bvh *t, cutter *c, uint32_t begin, uint32_t end)
 {
     for (uint32_t i = begin; i < end; i++) {
         const large l = {i, t->kd[i].node.a, large_count(t, i)};
@@ -174,60 +188,101 @@ static rt_status take_leaves(rti_bvh *t, cutter *c, uint32_t begin, uint32_t end
             take_leaf(t, i);
             continue;
         }
-        if (!cut_leaf(c, &l, &extra))
+        if (!cut_leaf(c, &l))
             return RT_ERROR_MEMORY;
     }
     return RT_OK;
 }
 
+static uint32_t end_of(const job *j, uint32_t index)
+{
+    return rtk_umin((index + 1) * CHUNK, j->t->kd_count);
+}
+
 static void cut_task(void *data, uint32_t index)
 {
     const job *j = data;
-    const uint32_t begin = index * CHUNK, end = rtk_umin(begin + CHUNK, j->t->kd_count);
-    cutter c = {.t = j->t, .kernels = rti_kd_piece_kernels_at(rti_context_isa(j->t->ctx))};
-    j->got[index] = take_leaves(j->t, &c, begin, end, j->extra[index]);
-    rti_free(j->t->ctx, c.items, c.item_capacity * sizeof *c.items);
-    rti_free(j->t->ctx, c.spare, c.spare_capacity * sizeof *c.spare);
-    rti_free(j->t->ctx, c.keys, c.key_capacity * sizeof *c.keys);
-    rti_free(j->t->ctx, c.spans, c.span_capacity * sizeof *c.spans);
+    rt_context *ctx = j->t->ctx;
+    made *m = &j->made[index];
+    cutter c = {.t = j->t, .kernels = rti_kd_piece_kernels_at(rti_context_isa(ctx))};
+    m->got = take_leaves(j->t, &c, index * CHUNK, end_of(j, index));
+    rti_free(ctx, c.items, c.item_capacity * sizeof *c.items);
+    rti_free(ctx, c.spare, c.spare_capacity * sizeof *c.spare);
+    rti_free(ctx, c.keys, c.key_capacity * sizeof *c.keys);
+    rti_free(ctx, c.spans, c.span_capacity * sizeof *c.spans);
+    m->own = c.own;
+    m->count = c.own_count;
+    m->size = c.own_capacity * sizeof *c.own;
 }
 
-/* Room for all nodes and references; the counts become where each task's first is. */
+/* Nodes of a task's pieces go where all will be. */
+static void place_task(void *data, uint32_t index)
+{
+    const job *j = data;
+    const rti_bvh *t = j->t;
+    made *m = &j->made[index];
+    const uint32_t behind = m->first - t->kd_count;
+    for (uint32_t i = 0; i < m->count; i++) {
+        rti_bvh_node *n = &t->nodes[m->first + i];
+        *n = m->own[i];
+        if (n->count == 0)
+            n->child += behind;
+    }
+    for (uint32_t i = index * CHUNK; i < end_of(j, index); i++)
+        if (t->nodes[i].count == 0 && large_count(t, i) > 0)
+            t->nodes[i].child += behind;
+    rti_free(t->ctx, m->own, m->size);
+    m->own = NULL;
+}
+
+/* Room for the pieces' nodes behind the others. */
 static rt_status make_room(job *j, uint32_t tasks)
 {
     rti_bvh *t = j->t;
     uint64_t nodes = t->kd_count;
+    rti_bvh_node *all;
     for (uint32_t i = 0; i < tasks; i++) {
-        const uint32_t own = j->extra[i];
-        j->extra[i] = (uint32_t)nodes;
-        nodes += own;
+        j->made[i].first = (uint32_t)nodes;
+        nodes += j->made[i].count;
         if (nodes > RTI_NODE_MAX)
             return RT_ERROR_MEMORY;
     }
+    all = rti_realloc(t->ctx, t->nodes, t->node_capacity * sizeof *all, (size_t)nodes * sizeof *all);
+    if (!all)
+        return RT_ERROR_MEMORY;
+    t->nodes = all;
     t->node_capacity = (size_t)nodes;
-    t->nodes = rti_alloc_array(t->ctx, t->node_capacity, sizeof *t->nodes);
-    t->order = rti_alloc_array(t->ctx, t->kd_ref_count, sizeof *t->order);
-    return t->nodes && t->order ? RT_OK : RT_ERROR_MEMORY;
+    return RT_OK;
 }
 
 static rt_status cut_all(job *j, uint32_t tasks)
 {
-    rt_status status;
-    rti_parallel(j->t->ctx, tasks, count_task, j);
-    status = make_room(j, tasks);
-    if (status == RT_OK)
-        rti_parallel(j->t->ctx, tasks, cut_task, j);
+    rt_status status = RT_OK;
+    rti_parallel(j->t->ctx, tasks, cut_task, j);
     for (uint32_t i = 0; i < tasks && status == RT_OK; i++)
-        status = j->got[i];
+        status = j->made[i].got;
+    if (status == RT_OK)
+        status = make_room(j, tasks);
+    if (status == RT_OK)
+        rti_parallel(j->t->ctx, tasks, place_task, j);
     return status;
 }
 
 rt_status rti_kd_cut_leaves(rti_bvh *t)
 {
     const uint32_t tasks = (t->kd_count + CHUNK - 1) / CHUNK;
-    job j = {t, rti_alloc_array(t->ctx, tasks, sizeof *j.extra), rti_alloc_array(t->ctx, tasks, sizeof *j.got)};
-    const rt_status status = j.extra && j.got ? cut_all(&j, tasks) : RT_ERROR_MEMORY;
-    rti_free(t->ctx, j.extra, tasks * sizeof *j.extra);
-    rti_free(t->ctx, j.got, tasks * sizeof *j.got);
+    job j = {t, rti_alloc_array(t->ctx, tasks, sizeof *j.made)};
+    rt_status status = RT_ERROR_MEMORY;
+    t->node_capacity = t->kd_count;
+    t->nodes = rti_alloc_array(t->ctx, t->node_capacity, sizeof *t->nodes);
+    t->order = rti_alloc_array(t->ctx, t->kd_ref_count, sizeof *t->order);
+    if (j.made) {
+        memset(j.made, 0, tasks * sizeof *j.made);
+        if (t->nodes && t->order)
+            status = cut_all(&j, tasks);
+        for (uint32_t i = 0; i < tasks; i++)
+            rti_free(t->ctx, j.made[i].own, j.made[i].size);
+    }
+    rti_free(t->ctx, j.made, tasks * sizeof *j.made);
     return status;
 }
