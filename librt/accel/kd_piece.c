@@ -211,8 +211,8 @@ RTI_VEC rti_f4 areas_of(const rti_bvh *t, const hull all[4])
 static inline uint32_t sweep(const rti_bvh *t, const hull boxes[RTI_KD_SWEPT], const uint8_t order[RTI_KD_SWEPT], uint32_t count,
                              float *cost)
 {
-    float left[RTI_KD_SWEPT + SPARE],
-        right[RTI_KD_SWEPT + 2 * SPARE]; /* areas of the first k + 1, and of those from k - SPARE on */
+    float left[RTI_KD_SWEPT + SPARE];      /* areas of the first k + 1, */
+    float right[RTI_KD_SWEPT + 2 * SPARE]; /* and of those from k - SPARE on */
     const rti_f4 own = rti_f4_set(t->leaf_cost);
     hull lefts = hull_nothing(), rights = lefts;
     rti_f4 best = rti_f4_set(RTK_INF);
