@@ -10,6 +10,8 @@
 #define RESULT LANES_TYPE(rti_tri_hit, RTI_N)
 #define TEST   LANES_TYPE(rti_tri, RTI_N)
 #define TOLD   LANES_TYPE(rti_tri_told, RTI_N)
+#define BEHIND LANES_TYPE(rti_tri_behind, RTI_N)
+#define READY  LANES_TYPE(rti_tri_ready, RTI_N)
 #define BOUNDS LANES_TYPE(rti_tri_bounds, RTI_N)
 #define INSIDE LANES_TYPE(rti_tri_inside, RTI_N)
 #define EDGES  LANES_TYPE(rti_tri_edges, RTI_N)
@@ -60,10 +62,40 @@ RTI_VEC uint32_t INSIDE(const RAY *r, const VEC a[3], const VEC b[3], const VEC 
     return SHEAR(r, a, b, c, lanes).keep;
 }
 
+/* Rays that meet the triangle behind their origins by twice what the test below asks for, as that beside which a ray starts. ahead:
+ * the depth, along the ray; rough: 2.4e-7 e. */
+RTI_VEC MASK BEHIND(const RAY *r, VEC ahead, VEC rough)
+{
+    const VEC zero = F(set)(0.0f);
+    const VEC less = F(select)(F(eq)(r->tmin, zero), F(set)(TRI_BEHIND), F(set)(2.0f * RTK_TRI_PLANE) * r->scale);
+    const MASK from = M(and)(F(le)(zero, r->tmin), F(eq)(r->tshift, zero));
+    return M(and)(F(lt)(ahead + (rough + less), zero), from);
+}
+
+/* Whether what is known beforehand decides all of *keep at depth z; lanes without a hit for certain are taken out. */
+RTI_VEC int READY(const RAY *r, const BOUNDS *known, int any, VEC z, VEC ahead, MASK edge, uint32_t *keep, RESULT *out)
+{
+    if (*keep & M(bits)(F(lt)(ahead, F(set)(0.0f))))
+        *keep &= ~M(bits)(BEHIND(r, ahead, known->rough));
+    out->hit = *keep;
+    out->doubt = 0u;
+    if (any) { /* `certain`, as below, in depths: there is a hit, whatever the second half makes of its t */
+        const VEC slope = F(abs)(r->kdz);
+        const VEC off = known->rough + (F(set)(SETTLE_OFF) * r->scale + F(set)(2.0e-6f) * F(abs)(z) + F(set)(1e-18f));
+        const MASK in = M(and)(F(lt)(r->tmin * slope, ahead - off), F(lt)(ahead + off, r->tmax * slope));
+        return (*keep & ~M(bits)(M(andnot)(in, edge))) == 0u;
+    }
+    if ((*keep & ~M(bits)(M(andnot)(F(le)(known->deep, F(abs)(z)), edge))) != 0u)
+        return 0;
+    out->t = r->tshift + z / r->kdz;
+    out->hit &= M(bits)(M(and)(F(lt)(r->tmin, out->t), F(lt)(out->t, r->tmax)));
+    return 1;
+}
+
 /* a[0] x, a[1] y, a[2] z of vertex 0 in the ray's order of axes, likewise b, c; lanes: those that count. Returns hit | doubt.
- * told_of: NULL, or what spares most of the bounds; tshift is 0 then. any: with it, of a hit t, u, v are not asked. */
-RTI_VEC uint32_t TOLD(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes, const BOUNDS *told_of,
-                      int any, RESULT *out)
+ * known: NULL, or what spares most of the bounds; tshift is 0 then. any: with it, of a hit t, u, v are not asked. */
+RTI_VEC uint32_t TOLD(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes, const BOUNDS *known, int any,
+                      RESULT *out)
 {
     const VEC zero = F(set)(0.0f);
     const EDGES s = SHEAR(r, a, b, c, lanes);
@@ -73,7 +105,7 @@ RTI_VEC uint32_t TOLD(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
     if (__builtin_expect(keep == 0u, 1))
         return 0u;
     VEC det = uu + vv + ww, size = F(abs)(det);
-    if (!told_of)
+    if (!known)
         keep &= M(bits)(F(lt)(size, F(set)(RTK_INF)));
     VEC inv = F(set)(1.0f) / det, db = bz - az, dc = cz - az;
     VEC wb = vv * inv, wc = ww * inv, z = az + (wb * db + wc * dc);
@@ -83,31 +115,8 @@ RTI_VEC uint32_t TOLD(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
     out->off = zero;
     out->u = F(min)(wb, F(set)(1.0f));
     out->v = F(min)(wc, F(set)(1.0f));
-    if (told_of) {
-        const VEC slope = F(abs)(r->kdz);
-        if (keep & M(bits)(F(lt)(ahead, zero))) { /* as below */
-            const VEC less = F(select)(F(eq)(r->tmin, zero), F(set)(TRI_BEHIND), F(set)(2.0f * RTK_TRI_PLANE) * r->scale);
-            const MASK behind = F(lt)(ahead + (told_of->rough + less), zero);
-            keep &= ~M(bits)(M(and)(behind, M(and)(F(le)(zero, r->tmin), F(eq)(r->tshift, zero))));
-            if (keep == 0u)
-                return 0u;
-        }
-        if (any) { /* `certain`, as below, in depths: there is a hit, whatever the second half makes of its t */
-            const VEC off = told_of->rough + (F(set)(SETTLE_OFF) * r->scale + F(set)(2.0e-6f) * F(abs)(z) + F(set)(1e-18f));
-            const MASK in = M(and)(F(lt)(r->tmin * slope, ahead - off), F(lt)(ahead + off, r->tmax * slope));
-            if ((keep & ~M(bits)(M(andnot)(in, edge))) == 0u) {
-                out->doubt = 0u;
-                out->hit = keep;
-                return keep;
-            }
-        } else if ((keep & ~M(bits)(M(andnot)(F(le)(told_of->deep, F(abs)(z)), edge))) == 0u) {
-            const VEC t = r->tshift + z / r->kdz;
-            out->doubt = 0u;
-            out->t = t;
-            out->hit = keep & M(bits)(M(and)(F(lt)(r->tmin, t), F(lt)(t, r->tmax)));
-            return out->hit;
-        }
-    }
+    if (known && READY(r, known, any, z, ahead, edge, &keep, out))
+        return out->hit;
     VEC mx = F(max)(F(max)(F(abs)(ax), F(abs)(bx)), F(abs)(cx));
     VEC my = F(max)(F(max)(F(abs)(ay), F(abs)(by)), F(abs)(cy));
     VEC d = F(max)(F(abs)(db), F(abs)(dc)), q = mx * my * F(abs)(inv);
@@ -115,10 +124,7 @@ RTI_VEC uint32_t TOLD(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
     e = F(set)(10.0f) * e + (F(set)(7.0f) * e + F(set)(4.0f) * d) * q;
     MASK told = F(le)(F(set)(RTK_TRI_LEAST), size);
     if (keep & M(bits)(F(lt)(ahead, zero))) {
-        /* Behind the origin by twice what is asked for below: as the triangle beside which a ray starts. */
-        const VEC less = F(select)(F(eq)(r->tmin, zero), F(set)(TRI_BEHIND), F(set)(2.0f * RTK_TRI_PLANE) * r->scale);
-        const MASK behind = M(and)(F(lt)(ahead + (F(set)(2.4e-7f) * e + less), zero), told);
-        keep &= ~M(bits)(M(and)(behind, M(and)(F(le)(zero, r->tmin), F(eq)(r->tshift, zero))));
+        keep &= ~M(bits)(M(and)(told, BEHIND(r, ahead, F(set)(2.4e-7f) * e)));
         if (keep == 0u)
             return 0u;
     }
@@ -158,6 +164,8 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
 #undef RESULT
 #undef TEST
 #undef TOLD
+#undef BEHIND
+#undef READY
 #undef BOUNDS
 #undef INSIDE
 #undef EDGES
