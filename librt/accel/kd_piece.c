@@ -207,6 +207,9 @@ RTI_VEC rti_f4 areas_of(const rti_bvh *t, const hull all[4])
 
 #define SPARE 4u /* what vectors write in front of a row or behind it */
 
+/* Leaves of pieces stand in blocks: sums here are rti_bvh_leaf_cost's, and three or four cost what one does. */
+_Static_assert(RTK_BVH_BLOCK == 4u, "what a leaf costs");
+
 /* The cheapest place to part sorted references at; *cost: what it costs. */
 static inline uint32_t sweep(const rti_bvh *t, const hull boxes[RTI_KD_SWEPT], const uint8_t order[RTI_KD_SWEPT], uint32_t count,
                              float *cost)
@@ -231,7 +234,7 @@ static inline uint32_t sweep(const rti_bvh *t, const hull boxes[RTI_KD_SWEPT], c
     }
     for (uint32_t k = 1; k < count; k += 4, at += 4) {
         const rti_i4 rest = (int32_t)count - at;
-        const rti_f4 fours = rti_i4_floats((at + 3) >> 2), others = rti_i4_floats((rest + 3) >> 2); /* rti_bvh_leaf_cost */
+        const rti_f4 fours = rti_i4_floats((at + 3) >> 2), others = rti_i4_floats((rest + 3) >> 2);
         const rti_f4 sum = rti_f4_load(left + k - 1) * (own * fours) + rti_f4_load(right + SPARE + k) * (own * others);
         const rti_i4 take = (sum < best) & (rest > 0);
         best = rti_f4_pick(take, sum, best);
