@@ -32,6 +32,17 @@ rti_isa test_isa(void)
     return isa;
 }
 
+const rti_tracer *test_judge(void)
+{
+    return rti_tracer_find(rti_isa_best(), "brute");
+}
+
+bool test_fewer(void)
+{
+    const char *n = getenv("LIBRT_RAYS"), *full = getenv("LIBRT_FULL");
+    return n && n[0] && strtoull(n, NULL, 10) < 10000 && !(full && strcmp(full, "1") == 0);
+}
+
 void test_world_init(test_world *w, rt_context *ctx)
 {
     memset(w, 0, sizeof *w);

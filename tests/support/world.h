@@ -10,6 +10,10 @@
 
 /* The instruction set that RT_ISA asks for; ends the test as skipped where that does not run. */
 rti_isa test_isa(void);
+/* Brute force by the processor's best instructions: the judge of all others, at every level. */
+const rti_tracer *test_judge(void);
+/* Whether LIBRT_RAYS asks for fewer rays than a test's own (10,000): half of what it combines does then. */
+bool test_fewer(void);
 
 typedef struct test_group {
     test_mesh mesh;
