@@ -249,6 +249,7 @@ RTI_APART int pencil_enter_part(pencil *p, rtk_u32 which)
     p->part = part;
     p->which = which;
     p->edge = margin;
+    p->round = p->off + 1.5f * PENCIL_U * (rtk_max(p->far, p->size) + scale);
     for (rtk_u32 i = 0u; i < 3u; i++) {
         p->low[i] = p->apex[i] - margin;
         p->high[i] = p->apex[i] + margin;
