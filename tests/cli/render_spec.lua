@@ -142,7 +142,7 @@ return rt.scene { settings = { width = 4, height = 4 }, rt.sphere { center = {0,
     local r = rtray { "render", scene, "--progress", "json", "-q", "-o", folder .. "/x.png", "--size", "100x75", "-n", "8" }
     assert.equal(0, r.status)
     assert.equal("", r.err) -- quiet is stronger
-    r = rtray { "render", scene, "--progress", "json", "-o", folder .. "/x.png", "--size", "400x300", "-n", "64", "-j", "1" }
+    r = rtray { "render", scene, "--progress", "json", "-o", folder .. "/x.png", "--size", "400x300", "-n", "64", "-j", "1", "--limit", "time=5s" }
     local cjson, lines = require "cjson", 0
     for line in r.err:gmatch "[^\n]+" do
       if line:sub(1, 1) == "{" then
@@ -160,7 +160,8 @@ return rt.scene { settings = { width = 4, height = 4 }, rt.sphere { center = {0,
       return
     end
     local folder = support.folder()
-    local line = "stty cols 50; " .. support.command { "render", support.small(folder), "--size", "400x300", "-n", "384", "-o", folder .. "/x.png" }
+    local line = "stty cols 50; " .. support.command { "render", support.small(folder), "--size", "400x300", "-n", "384", "-o", folder .. "/x.png",
+      "--limit", "time=5s" } -- so long do sanitizers and slow machines need for a line or two
     local r = support.shell("TERM=xterm script -qec " .. support.quote(line) .. " /dev/null")
     local longest = 0
     for part in r.out:gmatch "\r([^\r\27]+)\27%[K" do
