@@ -27,22 +27,23 @@
  *           (Rays are not asked whether they meet the part, as rtk_ray_prepare asks: by points 2 and 3 those that hit do. Nor is
  *           the apex held to a bound: where products overflow, a triangle is not told from one that is met.)
  *   depths  of origins and ends are rounded by 4 u of P and of the way; 16 u of each, and 48 u (P + S), are allowed for
- *   edges   the leaf test's sheared corners are those of a ray through the apex, but for off and 6 u (P + S); those here, of the
- *           middle slopes, for 6 u (P + S) more: e = off + 24 u (P + S). Where all rays start at the apex, both are made of the
- *           same differences X and Z: x = X - slope Z is rounded by u (|Z| + |x|) there and here, and the slopes' difference by
- *           u of itself: e = 4 u of the greatest |Z|, twice what is needed, and 10^-9 S lest products are denormal. (Else
- *           triangles smaller than a pixel were not told: breakfast's primary rays 1.12 times as fast, of others 1.00 to 1.02.)
+ *   edges   the leaf test's sheared corners are those of a ray through the apex, but for what was measured as off, 6 u P for
+ *           that, and 6 u (P + S); those here, of the middle slopes, for 6 u (P + S) more: e is what was measured and 24 u (P + S).
+ *           Where all rays start at the apex, both are made of the same differences X and Z: x = X - slope Z is rounded by
+ *           u (|Z| + |x|) there and here, and the slopes' difference by u of itself: e = 4 u of the greatest |Z|, twice what is
+ *           needed, and at least 10^-9 S, beside which the 2^-150 that denormal products lose are nothing. (So triangles smaller
+ *           than a pixel are told, too: breakfast's primary rays 1.12 times as fast as with the other e, others 1.00 to 1.02.)
  *           With H the greatest difference of a slope from the middle, and of each corner s = max(|x|, |y|) + H |z|, its x and y
  *           at any ray of the pencil are no more than s, so of the greatest s of the three corners an edge function there differs
  *           from what is told here by less than (s + e) (4 e + 32 u s): four products, each with one factor wrong by e and 3 u s,
  *           and roundings of products that add up to less than 2 s s, six each here at most and two there. The leaf test's signs
  *           are those of its corners exactly, so below minus that an edge function is negative there, too. det differs by less
- *           than four times as much: three edge functions, and roundings of their sums.
- *   told    where det has one sign for all rays, no |x| or |y| is more than s + e, no |det| less than the middle's less what it
- *           changes by, and depths of corners differ by no more than here and e: so much bounds what the leaf test asks of a hit,
- *           for its weights are not negative and add up to less than 1 + 4 u: q <= (s + e)^2 / |det|, its e <= (10 + 11 q) times
- *           the depths' difference. Where that would do at the hit's depth it is not found ray by ray; a sixtieth is left for
- *           roundings. (Primary rays of rooms 1.03 to 1.07 times as fast.)
+ *           than four times as much: three edge functions, and roundings of their sums and of what they grow by.
+ *   told    where det has one sign for all rays, no |x| or |y| is more than s + e + 2 u s, no |det| less than the middle's less
+ *           what it changes by, and depths of corners differ by no more than here and e: so much bounds what the leaf test asks of
+ *           a hit, for its weights are not negative and add up to less than 1 + 4 u: q <= (s + e)^2 / |det|, its e <= (10 + 11 q)
+ *           times the depths' difference. Where that would do at the hit's depth it is not found ray by ray; a sixtieth is left
+ *           for roundings. (Primary rays of rooms 1.03 to 1.07 times as fast.)
  */
 #ifndef RTI_PENCIL_H
 #define RTI_PENCIL_H
@@ -96,7 +97,7 @@ typedef struct pencil {
     rtk_u32 kx, ky, kz;
     float turn;                     /* 1 or -1: depth is turn * (z - apex z) */
     float apex[3], low[3], high[3]; /* the apex, in the order kx, ky, kz, and less and more a box' margin */
-    float edge, round, most[2], middle[2]; /* boxes' margin; e of edges; H, and the middle slopes */
+    float around, edge, most[2], middle[2]; /* a box' margin; of edges e, unless `one`; H, and the middle slopes */
     float deepest;                  /* no bundle looks farther */
     pencil_ways all[2];             /* of the rectangle around all, in the first lanes */
     rtk_u32 away;                   /* rays run from the apex, not to it */
@@ -105,7 +106,7 @@ typedef struct pencil {
     float far, size;      /* greatest coordinates of origins, and of the apex */
     float off, least;     /* greatest distance of a line from the apex; least depth of an origin */
     float scale;          /* of the largest part */
-    float margin;         /* `edge` with it: of depths, which one part finds and the next one keeps to */
+    float margin;         /* `around` with it: of depths, which one part finds and the next one keeps to */
     const rtk_scene *scene;
     const rtk_part *part; /* that is walked */
     rtk_u32 which;        /* its number */

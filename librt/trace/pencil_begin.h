@@ -248,8 +248,8 @@ RTI_APART int pencil_enter_part(pencil *p, rtk_u32 which)
         return 0;
     p->part = part;
     p->which = which;
-    p->edge = margin;
-    p->round = p->off + 1.5f * PENCIL_U * (rtk_max(p->far, p->size) + scale);
+    p->around = margin;
+    p->edge = p->off + 1.5f * PENCIL_U * (rtk_max(p->far, p->size) + scale);
     for (rtk_u32 i = 0u; i < 3u; i++) {
         p->low[i] = p->apex[i] - margin;
         p->high[i] = p->apex[i] + margin;

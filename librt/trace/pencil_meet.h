@@ -32,7 +32,7 @@ RTI_APART rtk_u32 pencil_see(const pencil *p, const rtk_bvhblock *b, pencil_four
 {
     const rti_f4 zero = rti_f4_set(0.0f), inf = rti_f4_set(RTK_INF), mx = rti_f4_set(p->middle[0]), my = rti_f4_set(p->middle[1]);
     const rti_f4 wx = rti_f4_set(p->most[0]), wy = rti_f4_set(p->most[1]), turn = rti_f4_set(p->turn);
-    const float grow = RTK_GROW * p->part->scale + p->edge;
+    const float grow = RTK_GROW * p->part->scale + p->around;
     const float(*const from[3])[RTK_BVH_BLOCK] = {b->v0, b->v1, b->v2};
     rti_f4 x[3], y[3], z[3], s = zero, deep = zero, v[3], vx[3], vy[3];
     for (rtk_u32 i = 0u; i < 3u; i++) {
@@ -44,7 +44,7 @@ RTI_APART rtk_u32 pencil_see(const pencil *p, const rtk_bvhblock *b, pencil_four
         deep = rti_f4_max(deep, rti_f4_abs(z[i]));
     }
     const rti_f4 e = p->one ? rti_f4_max(rti_f4_set(PENCIL_U / 4.0f) * deep, rti_f4_set(1e-9f * p->part->scale))
-                            : rti_f4_set(p->round);
+                            : rti_f4_set(p->edge);
     const rti_f4 off = (s + e) * (rti_f4_set(4.0f) * e + rti_f4_set(2.0f * PENCIL_U) * s);
     const rti_f4 az = turn * z[0], bz = turn * z[1], cz = turn * z[2];
     const rti_f4 near = rti_f4_min(rti_f4_min(az, bz), cz) - rti_f4_set(grow);
