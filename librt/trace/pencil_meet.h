@@ -34,16 +34,16 @@ RTI_APART rtk_u32 pencil_see(const pencil *p, const rtk_bvhblock *b, pencil_four
     const rti_f4 wx = rti_f4_set(p->most[0]), wy = rti_f4_set(p->most[1]), turn = rti_f4_set(p->turn);
     const float grow = RTK_GROW * p->part->scale + p->around;
     const float(*const from[3])[RTK_BVH_BLOCK] = {b->v0, b->v1, b->v2};
-    rti_f4 x[3], y[3], z[3], s = zero, deep = zero, v[3], vx[3], vy[3];
+    rti_f4 x[3], y[3], z[3], s = zero, depth = zero, v[3], vx[3], vy[3];
     for (rtk_u32 i = 0u; i < 3u; i++) {
         z[i] = rti_f4_load(from[i][p->kz]) - rti_f4_set(p->apex[2]);
         x[i] = (rti_f4_load(from[i][p->kx]) - rti_f4_set(p->apex[0])) - mx * z[i];
         y[i] = (rti_f4_load(from[i][p->ky]) - rti_f4_set(p->apex[1])) - my * z[i];
         const rti_f4 wide = rti_f4_set(rtk_max(p->most[0], p->most[1])) * rti_f4_abs(z[i]);
         s = rti_f4_max(s, rti_f4_max(rti_f4_abs(x[i]), rti_f4_abs(y[i])) + wide);
-        deep = rti_f4_max(deep, rti_f4_abs(z[i]));
+        depth = rti_f4_max(depth, rti_f4_abs(z[i]));
     }
-    const rti_f4 e = p->one ? rti_f4_max(rti_f4_set(PENCIL_U / 4.0f) * deep, rti_f4_set(1e-9f * p->part->scale))
+    const rti_f4 e = p->one ? rti_f4_max(rti_f4_set(PENCIL_U / 4.0f) * depth, rti_f4_set(1e-9f * p->part->scale))
                             : rti_f4_set(p->edge);
     const rti_f4 off = (s + e) * (rti_f4_set(4.0f) * e + rti_f4_set(2.0f * PENCIL_U) * s);
     const rti_f4 az = turn * z[0], bz = turn * z[1], cz = turn * z[2];

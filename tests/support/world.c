@@ -37,10 +37,21 @@ const rti_tracer *test_judge(void)
     return rti_tracer_find(rti_isa_best(), "brute");
 }
 
+static bool all_figures(void)
+{
+    const char *full = getenv("LIBRT_FULL");
+    return full && full[0] == '1';
+}
+
+uint64_t test_ray_count(void)
+{
+    const char *n = getenv("LIBRT_RAYS");
+    return n && *n ? strtoull(n, NULL, 10) : (all_figures() ? 20u : 1u) * (uint64_t)TEST_RAYS;
+}
+
 bool test_fewer(void)
 {
-    const char *n = getenv("LIBRT_RAYS"), *full = getenv("LIBRT_FULL");
-    return n && n[0] && strtoull(n, NULL, 10) < 10000 && !(full && strcmp(full, "1") == 0);
+    return test_ray_count() < TEST_RAYS && !all_figures();
 }
 
 void test_world_init(test_world *w, rt_context *ctx)

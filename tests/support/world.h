@@ -7,12 +7,15 @@
 
 #define TEST_GROUPS 8
 #define TEST_TREES  3
+#define TEST_RAYS   10000u
 
 /* The instruction set that RT_ISA asks for; ends the test as skipped where that does not run. */
 rti_isa test_isa(void);
 /* Brute force by the processor's best instructions: the judge of all others, at every level. */
 const rti_tracer *test_judge(void);
-/* Whether LIBRT_RAYS asks for fewer rays than a test's own (10,000): half of what it combines does then. */
+/* Rays a scene: LIBRT_RAYS, or TEST_RAYS, or with LIBRT_FULL=1 two hundred thousand. */
+uint64_t test_ray_count(void);
+/* Whether those are fewer than TEST_RAYS, without LIBRT_FULL=1: half of what a test combines does then. */
 bool test_fewer(void);
 
 typedef struct test_group {

@@ -28,12 +28,6 @@ typedef struct batch {
     float times[BATCH]; /* of moving instances */
 } batch;
 
-static uint64_t ray_count(void)
-{
-    const char *n = getenv("LIBRT_RAYS"), *full = getenv("LIBRT_FULL");
-    return n && *n ? strtoull(n, NULL, 10) : (full && full[0] == '1' ? 200000u : 10000u);
-}
-
 /* Rays of `kinds` kinds from `first` on. Those of a kind stand together: denormals slow down the lanes beside them. */
 static void fill_kinds(batch *b, const test_targets *t, test_rng *rng, uint32_t first, uint32_t kinds)
 {
@@ -309,7 +303,7 @@ static void test_soup(void **state)
     (void)state;
     test_mesh_soup(&m, 800, 0.2f, 5);
     test_mesh_soup(&m, 8, 3.0f, 6);
-    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), closest_count(), "soup");
+    sweep_mesh(&m, 1.0f, 0.0f, test_ray_count(), closest_count(), "soup");
 }
 
 /* The other builders of the BVH: long triangles among small ones, which spatial splits cut often, and shapes beside them. */
@@ -337,7 +331,7 @@ static void test_bvh_builders(void **state)
         assert_int_equal(h->kind, RTK_TREE_BVH);
         assert_int_equal(h->block_count == 0, i == 0);
         assert_true((h->ref_count - h->filler_count > m.count + 20) == (i == 1));
-        sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count() / 2, i ? "bvh, spatial" : "bvh, compact");
+        sweep(&w, rti_tracer_find(test_isa(), "brute"), test_ray_count() / 2, i ? "bvh, spatial" : "bvh, compact");
         test_world_free(&w);
         test_mesh_free(&m);
         rt_context_destroy(ctx);
@@ -349,7 +343,7 @@ static void test_slivers(void **state)
     test_mesh m = {0};
     (void)state;
     test_mesh_slivers(&m, 600);
-    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), 0, "slivers");
+    sweep_mesh(&m, 1.0f, 0.0f, test_ray_count(), 0, "slivers");
 }
 
 static void test_lattice(void **state)
@@ -357,7 +351,7 @@ static void test_lattice(void **state)
     test_mesh m = {0};
     (void)state;
     test_mesh_lattice(&m, 10);
-    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), 0, "lattice");
+    sweep_mesh(&m, 1.0f, 0.0f, test_ray_count(), 0, "lattice");
 }
 
 static void test_nested(void **state)
@@ -365,7 +359,7 @@ static void test_nested(void **state)
     test_mesh m = {0};
     (void)state;
     test_mesh_nested(&m, 40);
-    sweep_mesh(&m, 1.0f, 0.0f, ray_count(), 0, "nested boxes");
+    sweep_mesh(&m, 1.0f, 0.0f, test_ray_count(), 0, "nested boxes");
 }
 
 /* The promises table's scales and moves; extents are about 2. */
@@ -377,7 +371,7 @@ static void test_scaled_and_moved(void **state)
         test_mesh m = {0};
         test_mesh_soup(&m, 300, 0.2f, 9);
         test_mesh_lattice(&m, 5);
-        sweep_mesh(&m, places[i][0], places[i][1], ray_count() / 4, 0, "soup and lattice, scaled and moved");
+        sweep_mesh(&m, places[i][0], places[i][1], test_ray_count() / 4, 0, "soup and lattice, scaled and moved");
     }
 }
 
@@ -430,7 +424,7 @@ static void test_bodies_and_planes(void **state)
             test_world_shapes(&w, 0, bodies, 160, 0xffffffffu);
         assert_int_equal(test_world_commit(&w, NULL), RT_OK);
         assert_true(w.scene.groups->flags & RTK_GROUP_PLAIN);
-        sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count() / 2, words[way]);
+        sweep(&w, rti_tracer_find(test_isa(), "brute"), test_ray_count() / 2, words[way]);
         test_world_free(&w);
         test_mesh_free(&m);
         rt_context_destroy(ctx);
@@ -451,7 +445,7 @@ static void test_shapes(void **state)
     test_world_plane(&w, 0, (const float[3]){0, -0.5f, 0}, (const float[3]){0.1f, 1, 0.2f}, 4);
     test_world_shapes(&w, 0, shapes, test_shapes_of_all_kinds(shapes, 100, 13), 5);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-    sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count(), "shapes, masks, a plane");
+    sweep(&w, rti_tracer_find(test_isa(), "brute"), test_ray_count(), "shapes, masks, a plane");
     test_world_free(&w);
     test_mesh_free(&m);
     rt_context_destroy(ctx);
@@ -531,7 +525,7 @@ static void test_alpha(void **state)
     w.scene.textures = &texture;
     w.scene.texture_count = 1;
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-    sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count(), "cut-outs");
+    sweep(&w, rti_tracer_find(test_isa(), "brute"), test_ray_count(), "cut-outs");
     sees_through(&w, materials);
     test_world_free(&w);
     test_mesh_free(&m);
@@ -571,7 +565,7 @@ static void sweep_instances(float spread, float scale, bool moving, const char *
     }
     assert_true(!moving || w.motion_count > 15);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-    sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count() / 2, what); /* of six */
+    sweep(&w, rti_tracer_find(test_isa(), "brute"), test_ray_count() / 2, what); /* of six */
     test_world_free(&w);
     test_mesh_free(&m);
     test_mesh_free(&n);
@@ -609,8 +603,8 @@ static void test_meshes(void **state)
         test_world_init(&w, ctx);
         test_world_mesh(&w, 0, &m, 0xffffffffu);
         assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-        sweep(&w, rti_tracer_find(test_isa(), "kdtree"), ray_count() / 4, names[i]);
-        sweep(&w, rti_tracer_find(test_isa(), "brute"), ray_count() / 100, names[i]);
+        sweep(&w, rti_tracer_find(test_isa(), "kdtree"), test_ray_count() / 4, names[i]);
+        sweep(&w, rti_tracer_find(test_isa(), "brute"), test_ray_count() / 100, names[i]);
         if (closest_count())
             sweep_closest(&w, closest_count(), names[i]);
         test_world_free(&w);
