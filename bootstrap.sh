@@ -185,7 +185,7 @@ jobs_count() { nproc 2>/dev/null || getconf _NPROCESSORS_ONLN 2>/dev/null || ech
 # build_release [CMAKE ARGUMENTS]
 build_release() {
     say "building (release, $JOBS jobs)"
-    cmake --preset release "$@" >"$LOG" 2>&1 || {
+    cmake --preset release -DLIBRT_ISAS=AUTO "$@" >"$LOG" 2>&1 || {
         tail -n 30 "$LOG" >&2
         die 1 "cmake failed; the last lines are above"
     }

@@ -1,8 +1,7 @@
 #!/bin/sh
 # Builds every variant and runs its tests; the last line is the sum, "N passed, N failed". usage: matrix.sh [VARIANT...]
 #
-#   release   GCC, everything, all tests              clang   the same by Clang, without the program's; its image hashes must be the release's;
-#                                                             instruction sets that the processor lacks are GCC's alone
+#   release   GCC, everything, all tests              clang   the same by Clang, without the program's; its image hashes must be the release's
 #   bare      every optional part off                 asan    address and undefined-behaviour sanitizers
 #   tsan      thread sanitizer, what renders          msan    memory sanitizer, what reads files
 #   fuzz      each reader some seconds under libFuzzer
@@ -11,7 +10,8 @@
 #   lint      luacheck, clang-format, clang-tidy, shellcheck: those that are installed
 #
 # LIBRT_FULL=1: the long figures, fuzzing for minutes, and every test and instruction set in every variant; without it a variant leaves out
-# what another has shown already (below). A variant's log is out/matrix/VARIANT.log.
+# what another has shown already (below), and code for instructions that the processor lacks is only read by the release's compiler. A variant's
+# log is out/matrix/VARIANT.log.
 set -u
 cd "$(dirname "$0")/.." || exit 1
 ROOT=$(pwd)
@@ -138,16 +138,21 @@ bare_less='^variants\.|^hash\.(generic|sse42|avx2)$|^unit\.(kernel_|tri_lanes$|l
 asan_less='^lua\.alloc$|^unit\.(camera|motion)$|\.generational$|^cli\.(animate|bench|help|limit|replay|report|sdf|sweep|tree|tutorial)|^hash\.generic$|^variants\.tracers(\.generic)?$'
 arm_tests='^variants\.|^hash\.|^unit\.(kernel_|tri_lanes$|lanes(_path)?$|isa$|kd_wide$|tree)'
 avx512_tests='^variants\..*avx512|^hash\.|^unit\.(simd|lanes(_path)?|tri_lanes|isa|kd_wide|tree|extreme)$'
-clang_isas=AUTO # of AVX-512, where the processor has it: it is a third of what Clang compiles
-asan_isas=AUTO
+release_isas=AUTO # AVX-512 where the processor has it: it is a third of what a compiler takes
+own_isas=AUTO     # Clang's and the address sanitizer's
 few_isas=NONE
 slow='slow|source'
 case $(uname -m) in x86_64 | amd64)
-    asan_isas=avx2
-    grep -q avx512vl /proc/cpuinfo 2>/dev/null || clang_isas='sse42;avx2'
+    own_isas=avx2
+    if grep -q avx512_vbmi2 /proc/cpuinfo 2>/dev/null; then
+        own_isas='avx2;avx512_vbmi2' # dense lists of rays are its
+    elif grep -q avx512vl /proc/cpuinfo 2>/dev/null; then
+        own_isas='avx2;avx512'
+    else
+        release_isas='sse42;avx2'
+    fi
     ;;
 esac
-if grep -q avx512_vbmi2 /proc/cpuinfo 2>/dev/null; then asan_isas='avx2;avx512_vbmi2'; fi # dense lists of rays are its
 if [ "$FULL" != 0 ]; then
     seconds=120
     release_less='^$'
@@ -155,8 +160,8 @@ if [ "$FULL" != 0 ]; then
     bare_less='^$'
     asan_less='^$'
     slow=source
-    clang_isas=AUTO
-    asan_isas=AUTO
+    release_isas=AUTO
+    own_isas=AUTO
     few_isas=AUTO
 fi
 # twice VARIANT: tests that show once more, on fewer rays, what those without a level show, which are of the processor's own.
@@ -171,10 +176,13 @@ twice() {
 started=$(now)
 for variant in "$@"; do
     case $variant in
-    release) build release all && check release -E "$release_less|$(twice release)" ;;
-    clang) build clang all "-DLIBRT_ISAS=$clang_isas" && check clang -LE "$slow" -E "$clang_less|$(twice clang)" && compare_hashes clang ;;
+    release)
+        build release all "-DLIBRT_ISAS=$release_isas" && build release read_isas "-DLIBRT_ISAS=$release_isas" &&
+            check release -E "$release_less|$(twice release)"
+        ;;
+    clang) build clang all "-DLIBRT_ISAS=$own_isas" && check clang -LE "$slow" -E "$clang_less|$(twice clang)" && compare_hashes clang ;;
     bare) build bare all "-DLIBRT_ISAS=$few_isas" && check bare -LE "$slow" -E "$bare_less" && compare_hashes bare ;;
-    asan) build asan all "-DLIBRT_ISAS=$asan_isas" && check asan -LE "$slow" -E "$asan_less|$(twice asan)" && compare_hashes asan ;;
+    asan) build asan all "-DLIBRT_ISAS=$own_isas" && check asan -LE "$slow" -E "$asan_less|$(twice asan)" && compare_hashes asan ;;
     tsan) build tsan tests_threads "-DLIBRT_ISAS=$few_isas" && check tsan -L threads && compare_hashes tsan ;;
     msan) build msan tests_readers "-DLIBRT_ISAS=$few_isas" && check msan -L readers ;;
     fuzz) build fuzz tests_fuzz "-DLIBRT_ISAS=$few_isas" "-DLIBRT_FUZZ_SECONDS=$seconds" && check fuzz -L fuzz ;;
