@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include "support/generate.h"
+#include "support/judge.h"
 #include "support/parts.h"
 #include "support/rays.h"
 #include "trace/lane.h"
@@ -213,16 +214,16 @@ static void any_of_closest(uint32_t count)
  * to a light that ask for any hit, and of others that ask for the closest, the part that does. */
 static void sweep(const test_world *w, uint32_t rounds, uint32_t size, const char *what, unsigned least, double *parts)
 {
-    const rti_tracer *judge = test_judge();
+    test_closest judge;
     uint64_t asked[WAYS] = {0}, together[WAYS] = {0}, closest[WAYS][2] = {{0}}, hits = 0, all = 0;
     test_targets t;
     test_rng rng = {20};
     test_targets_init(&t, w);
+    test_closest_open(&judge, &w->scene);
     for (uint32_t round = 0; round < rounds * WAYS; round++) {
         const enum way way = round < rounds * CAMERA ? (enum way)(round % CAMERA) : CAMERA; /* behind the others */
-        rti_scratch plain = {.room = test_room()};
         fill(&t, &rng, way, way == CAMERA ? round - rounds * CAMERA : round / CAMERA);
-        judge->intersect(&w->scene, rays, want, size, 0, &plain);
+        test_closest_ask(&judge, rays, want, size);
         any_of_closest(size);
         for (uint32_t i = 0; i < size; i++)
             hits += want[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;
@@ -249,6 +250,7 @@ static void sweep(const test_world *w, uint32_t rounds, uint32_t size, const cha
             }
         }
     }
+    test_closest_close(&judge);
     test_targets_free(&t);
     for (int way = 0; way < WAYS; way++)
         if (together[way] * 100 < asked[way] * least)
@@ -433,19 +435,19 @@ static void test_apart(void **state)
 static void learned(const test_world *w, const char *what)
 {
     static const uint32_t counts[] = {1024, 256, 100, 1000, 37, 300, 64, 48, 2048, 130, 999, 4096, 61, 512, 77, 3001};
-    const rti_tracer *judge = test_judge();
+    test_closest judge;
     rti_learned known[8] = {{0}};
     uint32_t left = 0, odd = 0;
     test_targets t;
     test_rng rng = {23};
     test_targets_init(&t, w);
+    test_closest_open(&judge, &w->scene);
     assert_true(rti_tracer_count() <= 8);
     for (uint32_t round = 0; round < (test_fewer() ? 2 : 4) * (sizeof counts / sizeof *counts); round++) {
         const uint32_t count = counts[round % (sizeof counts / sizeof *counts)];
         const enum way way = round % 8 == 3 ? LIGHT : (round % 8 == 5 ? EYE : CAMERA);
-        rti_scratch plain = {.room = test_room()};
         fill(&t, &rng, way, round);
-        judge->intersect(&w->scene, rays, want, count, 0, &plain);
+        test_closest_ask(&judge, rays, want, count);
         any_of_closest(count);
         for (uint32_t i = 0; i < rti_tracer_count(); i++) {
             const rti_tracer *tracer = rti_tracer_at(test_isa(), i);
@@ -463,6 +465,7 @@ static void learned(const test_world *w, const char *what)
             known[i] = scratch.learned;
         }
     }
+    test_closest_close(&judge);
     test_targets_free(&t);
     if (left < 8 || odd < 2)
         fail_msg("%s: %u batches began as others, %u of them of no whole blocks: the test tests little", what, left, odd);

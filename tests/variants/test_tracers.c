@@ -1,9 +1,10 @@
 /* Every tracer of the table against brute force, bit for bit: closest hit, any hit, and stepping from hit to hit.
  *
  * LIBRT_RAYS: rays a scene (10,000); LIBRT_FULL=1: two hundred thousand. Real meshes, where brute force costs 70,000 tests a ray,
- * get a hundredth of that against brute force, and a quarter against the kd-tree; with LIBRT_FULL=1 (twenty minutes a mesh)
- * closest hits of ten million random and ten million aimed rays against brute force (LIBRT_CLOSEST: how many). LIBRT_ONLY: the
- * tests of that name; LIBRT_MESH: that mesh alone. */
+ * get a hundredth of that against brute force, and a quarter against the kd-tree; with LIBRT_FULL=1 (ten minutes a mesh)
+ * closest hits of ten million random and ten million aimed rays (LIBRT_CLOSEST: how many) against support/judge.h's, and one of
+ * 64 against brute force. LIBRT_ONLY: the tests of that name; LIBRT_MESH: that mesh alone, of those of LIBRT_SCENES, or `globe`,
+ * or none. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -14,6 +15,7 @@
 #include <string.h>
 
 #include "support/generate.h"
+#include "support/judge.h"
 #include "support/rays.h"
 
 #define BATCH 1024u
@@ -232,15 +234,17 @@ static void sweep(const test_world *w, const rti_tracer *judge, uint64_t count, 
                  (unsigned long long)done);
 }
 
-/* The closest hits alone of every tracer against brute force, which is asked once a batch: `count` random rays and as many aimed
- * ones. One batch of aimed rays in a hundred is of denormal ones: they take brute force fifteen times as long as others. */
+/* The closest hits alone of every tracer against brute force (of many triangles: against test_closest_ask, which leaves out what
+ * is far), which is asked once a batch: `count` random rays and as many aimed ones. One batch of aimed rays in a hundred is of
+ * denormal ones: they take brute force fifteen times as long as others. */
 static void sweep_closest(const test_world *w, uint64_t count, const char *what)
 {
     static batch b;
-    const rti_tracer *judge = rti_tracer_find(test_isa(), "brute");
+    test_closest judge;
     test_targets t;
     test_rng rng = {0x7654321};
     test_targets_init(&t, w);
+    test_closest_open(&judge, &w->scene);
     for (uint64_t done = 0; done < 2 * count; done += BATCH) {
         if (done < count)
             fill_kinds(&b, &t, &rng, TEST_RAY_RANDOM, 1);
@@ -248,14 +252,15 @@ static void sweep_closest(const test_world *w, uint64_t count, const char *what)
             fill_kinds(&b, &t, &rng, TEST_RAY_DENORMAL, 1);
         else
             fill_kinds(&b, &t, &rng, TEST_RAY_RANDOM + 1, TEST_RAY_DENORMAL - TEST_RAY_RANDOM - 1);
-        judge->intersect(&w->scene, b.rays, b.hits, BATCH, 0, &(rti_scratch){.room = test_room()});
+        test_closest_ask(&judge, b.rays, b.hits, BATCH);
         for (uint32_t i = 0; i < rti_tracer_count(); i++) {
-            if (rti_tracer_at(test_isa(), i) == judge)
+            if (rti_tracer_at(test_isa(), i)->tree == RTK_TREE_NONE)
                 continue;
             rti_tracer_at(test_isa(), i)->intersect(&w->scene, b.rays, b.other, BATCH, 0, &(rti_scratch){.room = test_room()});
             same_hits(&b, what, rti_tracer_at(test_isa(), i)->name, b.hits, b.other);
         }
     }
+    test_closest_close(&judge);
     test_targets_free(&t);
     print_message("%s: closest hits of %llu random and as many aimed rays against brute force, none differs\n", what,
                   (unsigned long long)count);
@@ -585,21 +590,20 @@ static void test_instances(void **state)
 
 static void test_meshes(void **state)
 {
-    static const char *const names[] = {"bunny", "sponza", "sibenik", "spot"};
-    const char *only = getenv("LIBRT_MESH");
+    static const char *const all[] = {"bunny", "sponza", "sibenik", "spot"};
+    const char *only = getenv("LIBRT_MESH"), *const *names = only ? &only : all;
     (void)state;
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+    for (size_t i = 0; i < (only ? 1 : sizeof all / sizeof all[0]); i++) {
         rt_context *ctx;
         test_world w;
-        test_mesh m;
-        if (only && strcmp(only, names[i]) != 0)
-            continue;
-        ctx = context();
-        if (!test_mesh_load(&m, names[i])) {
+        test_mesh m = {0};
+        if (strcmp(names[i], "globe") == 0) {
+            test_mesh_globe(&m, 707); /* a million triangles */
+        } else if (!test_mesh_load(&m, names[i])) {
             print_message("%s: not there, left out\n", names[i]);
-            rt_context_destroy(ctx);
             continue;
         }
+        ctx = context();
         test_world_init(&w, ctx);
         test_world_mesh(&w, 0, &m, 0xffffffffu);
         assert_int_equal(test_world_commit(&w, NULL), RT_OK);
