@@ -49,6 +49,12 @@ uint64_t test_ray_count(void)
     return n && *n ? strtoull(n, NULL, 10) : (all_figures() ? 20u : 1u) * (uint64_t)TEST_RAYS;
 }
 
+uint64_t test_closest_count(void)
+{
+    const char *n = getenv("LIBRT_CLOSEST");
+    return n && *n ? strtoull(n, NULL, 10) : (all_figures() ? 10000000u : 0u);
+}
+
 bool test_fewer(void)
 {
     return test_ray_count() < TEST_RAYS && !all_figures();

@@ -15,7 +15,9 @@ rti_isa test_isa(void);
 const rti_tracer *test_judge(void);
 /* Rays a scene: LIBRT_RAYS, or TEST_RAYS, or with LIBRT_FULL=1 two hundred thousand. */
 uint64_t test_ray_count(void);
-/* Whether those are fewer than TEST_RAYS, without LIBRT_FULL=1: half of what a test combines does then. */
+/* Rays of which closest hits alone are asked: LIBRT_CLOSEST, or none, or with LIBRT_FULL=1 ten million. */
+uint64_t test_closest_count(void);
+/* Whether rays a scene are fewer than TEST_RAYS, without LIBRT_FULL=1: half of what a test combines does then. */
 bool test_fewer(void);
 
 typedef struct test_group {
