@@ -120,23 +120,14 @@ RTI_VEC void lone_corners(const lone *l, rtk_u32 place, float v0[3], float v1[3]
 /* A hit that was put aside, in doubles; 0: it is to be asked. */
 RTI_APART int lone_decide(lone *l, rtk_u32 place)
 {
-    float c0[3], c1[3], c2[3];
+    const rti_tri_pair pair = {l->org[0], l->org[1], l->org[2], l->sx, l->sy, l->dir[2], l->shift, l->scale, l->org[3], l->dir[3]};
+    float c0[3], c1[3], c2[3], hit[3];
     lone_corners(l, place, c0, c1, c2);
-#define ALL(n) rti_f4_set(n)
-    const rti_f4 v0[3] = {ALL(c0[0]), ALL(c0[1]), ALL(c0[2])}, v1[3] = {ALL(c1[0]), ALL(c1[1]), ALL(c1[2])};
-    const rti_f4 v2[3] = {ALL(c2[0]), ALL(c2[1]), ALL(c2[2])}, dx = ALL(l->dir[0]), dy = ALL(l->dir[1]);
-    const rti_tri_ray4 ray = {ALL(l->org[0]), ALL(l->org[1]), ALL(l->org[2]), ALL(l->sx), ALL(l->sy),
-                              ALL(l->dir[2]), ALL(l->org[3]), ALL(l->dir[3]), ALL(l->shift), ALL(l->scale)};
-#undef ALL
-    rtk_u32 edges;
-    rti_tri_hit4 hit;
-    hit.hit = 0u;
-    hit.t = hit.u = hit.v = rti_f4_set(0.0f);
-    if (tri_pairs4(&ray, &dx, &dy, v0, v1, v2, 1u, &hit, &edges) != 0u || hit.hit == 0u)
+    if (!tri_double_one(&pair, l->dir[0], l->dir[1], c0, c1, c2, hit))
         return 0;
-    l->t = hit.t[0];
-    l->u = hit.u[0];
-    l->v = hit.v[0];
+    l->t = hit[0];
+    l->u = hit[1];
+    l->v = hit[2];
     return 1;
 }
 

@@ -226,11 +226,13 @@ static void exact(const char *isa, uint32_t width, probe_pairs *probe, probe_pai
             resize(&tris[i], size.world);
         doubted += probe(rays, tris, got);
         compare(rays, tris, got, width, &sum, isa);
-        if (size.world == 1.0f && size.dir == 1.0f) { /* others may leave the range in which doubles tell */
-            inside += doubles(rays, tris, got);
-            for (i = 0; i < width; i++)
-                left += (uint64_t)got[i].doubt;
+        const uint32_t asks = doubles(rays, tris, got);
+        for (i = 0; i < width; i++) {
+            if (got[i].hit)
+                fail_msg("%s: a pair by itself is decided one way in doubles and another way in vectors of doubles", isa);
+            left += size.world == 1.0f && size.dir == 1.0f && got[i].doubt; /* others may leave the range in which doubles tell */
         }
+        inside += size.world == 1.0f && size.dir == 1.0f ? asks : 0;
         if (settle(rays, tris, got) != 0)
             fail_msg("%s: pairs are settled one way in doubles and another way in vectors of doubles", isa);
         for (i = 0; i < width; i++)

@@ -126,15 +126,30 @@ uint32_t RTI_ISA_FN(probe_exact)(const rtk_pray *rays, const rtk_tri *tris, prob
     return 0;
 }
 
+static rti_tri_pair pair_of(const tri_ray *r, rtk_u32 i)
+{
+    return (rti_tri_pair){r->ox[i],  r->oy[i],     r->oz[i],    r->sx[i],   r->sy[i],
+                          r->kdz[i], r->tshift[i], r->scale[i], r->tmin[i], r->tmax[i]};
+}
+
 uint32_t RTI_ISA_FN(probe_double)(const rtk_pray *rays, const rtk_tri *tris, probe_answer *out)
 {
     vec in[21];
     tri_hit hit;
     const tri_ray r = load_pairs(rays, tris, in);
+    memset(&hit, 0, sizeof hit);
     rtk_u32 doubt = tri_test(&r, in + 12, in + 15, in + 18, LANES_ALL, &hit) != 0u ? hit.doubt : 0u, edges = 0u, left;
     left = tri_double(&r, &in[9], &in[10], in + 12, in + 15, in + 18, doubt, &hit, &edges);
-    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
+        const rti_tri_pair pair = pair_of(&r, i);
+        const float c0[3] = {in[12][i], in[13][i], in[14][i]}, c1[3] = {in[15][i], in[16][i], in[17][i]};
+        const float c2[3] = {in[18][i], in[19][i], in[20][i]}, many[3] = {hit.t[i], hit.u[i], hit.v[i]};
+        float one[3];
+        const rtk_u32 good = (rtk_u32)tri_double_one(&pair, in[9][i], in[10][i], c0, c1, c2, one);
         out[i].doubt = (int)((left & ~edges) >> i & 1u);
+        out[i].hit =
+            (doubt >> i & 1u) != 0u && (good != (hit.hit >> i & 1u) || (good != 0u && memcmp(one, many, sizeof one) != 0));
+    }
     return (uint32_t)__builtin_popcount(doubt & ~edges);
 }
 
@@ -144,8 +159,7 @@ uint32_t RTI_ISA_FN(probe_settle)(const rtk_pray *rays, const rtk_tri *tris, pro
     const tri_ray r = load_pairs(rays, tris, in);
     rtk_u32 sure = 0u, ask = packet_settle_many(&r, &r.tmax, in + 12, in + 15, in + 18, LANES_ALL, &sure), differ = 0u;
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
-        const rti_tri_pair pair = {r.ox[i],  r.oy[i],     r.oz[i],    r.sx[i],   r.sy[i],
-                                   r.kdz[i], r.tshift[i], r.scale[i], r.tmin[i], r.tmax[i]};
+        const rti_tri_pair pair = pair_of(&r, i);
         const float c0[3] = {in[12][i], in[13][i], in[14][i]}, c1[3] = {in[15][i], in[16][i], in[17][i]};
         const float c2[3] = {in[18][i], in[19][i], in[20][i]};
         const int one = rti_tri_settle(&pair, c0, c1, c2, NULL), many = (int)(sure >> i & 1u) - !((sure | ask) >> i & 1u);
