@@ -26,6 +26,7 @@ elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64|ARM64)$")
   set(wanted neon)
 endif()
 if(LIBRT_ISAS STREQUAL "NONE")
+  set(unwanted ${wanted})
   set(wanted)
 elseif(NOT LIBRT_ISAS STREQUAL "AUTO")
   foreach(isa IN LISTS LIBRT_ISAS)
@@ -87,7 +88,8 @@ function(librt_hot_objects objects)
   endforeach()
   target_compile_definitions(librt_objects PRIVATE ${librt_isa_definitions})
   set(${objects} ${all} PARENT_SCOPE)
-  # Levels that this build has not: the compiler reads them, which takes a fiftieth of the time, for who asks for this target.
+  # Levels that this build has not: the compiler reads them, which takes a fiftieth of the time, for who asks for this target. It sees
+  # what is no C, not instructions that a level lacks.
   add_custom_target(read_isas)
   foreach(isa IN LISTS librt_read_isas)
     add_library(librt_read_${isa} OBJECT EXCLUDE_FROM_ALL ${files})

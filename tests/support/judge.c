@@ -82,6 +82,11 @@ static uint32_t build(part_tree *p, const rtk_tri *tris, uint32_t first, uint32_
         n.hi[a] = -RTK_INF;
         for (uint32_t i = first; i < first + count; i++) {
             const rtk_tri *t = &tris[p->order[i]];
+            if (!rtk_finite(t->v0[a] + t->v1[a] + t->v2[a])) { /* is near all lines */
+                n.lo[a] = -RTK_INF;
+                n.hi[a] = RTK_INF;
+                break;
+            }
             n.lo[a] = rtk_min(n.lo[a], rtk_min(t->v0[a], rtk_min(t->v1[a], t->v2[a])));
             n.hi[a] = rtk_max(n.hi[a], rtk_max(t->v0[a], rtk_max(t->v1[a], t->v2[a])));
         }

@@ -1,7 +1,7 @@
 /* Brute force for tests of many triangles: it leaves out those that a ray's line passes far off.
  *
  * The leaf test asks whether the line x = ox + sx (z - oz), y = oy + sy (z - oz) of a prepared ray goes through a triangle; origins
- * lie within 4 scale, slopes are at most 1, so the corners that it sees are off by less than 1e-6 scale. What is left out here
+ * lie within 4 scale, slopes are at most 1, so the corners that it sees are off by less than 2e-6 scale. What is left out here
  * lies in boxes that the line misses, in doubles, by 1e-3 scale in x, y or z. Distances along the ray leave nothing out. Trees of
  * the library, their boxes, culling and order have no part in it; the leaf test is the library's, asked one by one. */
 #ifndef TEST_JUDGE_H
