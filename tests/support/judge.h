@@ -23,8 +23,8 @@ typedef struct test_closest {
 /* By that where the scene has many triangles and nothing else, else by brute force. The scene stays as it is. */
 void test_closest_open(test_closest *j, const rtk_scene *scene);
 void test_closest_close(test_closest *j);
-/* [count] rays' hits, as a tracer's. Of the blocks one of 64, another in each call, is brute force's to answer, too; fails where it
- * says otherwise. */
+/* [count] rays' hits, as a tracer's. Of each 64 whole blocks, or fewer, one, another in each call, is brute force's to answer, too;
+ * fails where it says otherwise. */
 void test_closest_ask(test_closest *j, const rtk_trace_block *rays, rtk_hit_block *hits, uint32_t count);
 
 #endif

@@ -237,8 +237,8 @@ void test_sweep_closest(const test_world *w, uint64_t count, const char *what)
             same_hits(&b, what, rti_tracer_at(test_isa(), i)->name, b.hits, b.other);
         }
     }
+    print_message("%s: closest hits of %llu random and as many aimed rays against brute force%s, none differs\n", what,
+                  (unsigned long long)count, judge.far ? " without what is far" : "");
     test_closest_close(&judge);
     test_targets_free(&t);
-    print_message("%s: closest hits of %llu random and as many aimed rays against brute force, none differs\n", what,
-                  (unsigned long long)count);
 }
