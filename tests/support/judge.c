@@ -198,7 +198,7 @@ void test_closest_ask(test_closest *j, const rtk_trace_block *rays, rtk_hit_bloc
         return;
     }
     ask_far(j->far, rays, hits, count);
-    for (uint32_t b = blocks ? j->asked++ % rtk_umin(blocks, 64) : 0; b < blocks; b += 64) {
+    for (uint32_t b = blocks == 0u ? 0u : j->asked++ % rtk_umin(blocks, 64u); b < blocks; b += 64) {
         rtk_hit_block want;
         j->brute->intersect(j->scene, &rays[b], &want, RTK_BLOCK, 0, &scratch);
         if (memcmp(&want, &hits[b], sizeof want) != 0)
