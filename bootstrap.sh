@@ -182,7 +182,7 @@ install_missing() {
 
 jobs_count() { nproc 2>/dev/null || getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2; }
 
-# build_release [CMAKE ARGUMENTS]
+# build_release [CMAKE ARGUMENTS]: all instruction sets, also where the tests left a tree with fewer
 build_release() {
     say "building (release, $JOBS jobs)"
     cmake --preset release -DLIBRT_ISAS=AUTO "$@" >"$LOG" 2>&1 || {

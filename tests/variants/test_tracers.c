@@ -1,10 +1,10 @@
 /* Every tracer of the table against brute force, bit for bit: closest hit, any hit, and stepping from hit to hit.
  *
  * LIBRT_RAYS: rays a scene (10,000); LIBRT_FULL=1: two hundred thousand. Real meshes, where brute force costs 70,000 tests a ray,
- * get a hundredth of that against brute force, and a quarter against the kd-tree; with LIBRT_FULL=1 (two minutes to half an hour
- * a mesh) closest hits of ten million random and ten million aimed rays (LIBRT_CLOSEST: how many) against support/judge.h's, and
- * one of 64 against brute force. LIBRT_ONLY: the tests of that name; LIBRT_MESH: that mesh alone, of those of LIBRT_SCENES, or
- * `globe`, or none. */
+ * get a hundredth of that against brute force, and a quarter against the kd-tree; with LIBRT_FULL=1 (minutes a mesh, or an hour)
+ * closest hits of ten million random and ten million aimed rays (LIBRT_CLOSEST: how many) against support/judge.h's, and one of
+ * 64 against brute force. LIBRT_ONLY: the tests of that name; LIBRT_MESH: that mesh alone, of those of LIBRT_SCENES, or `globe`,
+ * or none. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
