@@ -29,6 +29,8 @@ if(LIBRT_SANITIZE)
   add_compile_options($<IF:$<C_COMPILER_ID:GNU>,-Wno-maybe-uninitialized,-Wno-pass-failed>)
 endif()
 
+set(LIBRT_UNOPTIMIZED "" CACHE STRING "Folders of librt/ that are compiled with -O0, as in accel;trace;render")
+
 # Coverage for libFuzzer has to be in the whole library; the targets themselves are in tests/fuzz.
 option(LIBRT_FUZZ "Drive the fuzz targets with libFuzzer (Clang)" OFF)
 if(LIBRT_FUZZ)

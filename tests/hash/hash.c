@@ -14,9 +14,12 @@ typedef struct arrangement {
 
 /* The first is the reference. */
 static const arrangement arrangements[] = {
-    {"brute", 1, 64, RT_SCHEDULE_DYNAMIC}, {"kdtree", 1, 16, RT_SCHEDULE_DYNAMIC}, {"kdtree", 2, 8, RT_SCHEDULE_DYNAMIC},
-    {"kdtree", 3, 64, RT_SCHEDULE_STATIC}, {"octree", 3, 16, RT_SCHEDULE_DYNAMIC}, {"octree", 8, 8, RT_SCHEDULE_STATIC},
-    {"bvh", 2, 32, RT_SCHEDULE_DYNAMIC},
+    {"brute", 1, 64, RT_SCHEDULE_DYNAMIC},
+#ifndef __SANITIZE_THREAD__ /* is here for races: one worker has none */
+    {"kdtree", 1, 16, RT_SCHEDULE_DYNAMIC},
+#endif
+    {"kdtree", 2, 8, RT_SCHEDULE_DYNAMIC},  {"kdtree", 3, 64, RT_SCHEDULE_STATIC}, {"octree", 3, 16, RT_SCHEDULE_DYNAMIC},
+    {"octree", 8, 8, RT_SCHEDULE_STATIC},   {"bvh", 2, 32, RT_SCHEDULE_DYNAMIC},
 };
 
 static void fail(const rt_context *context, const char *what)

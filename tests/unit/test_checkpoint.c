@@ -401,7 +401,7 @@ static int cancel_at(void *user, const rt_tile *tile, const rt_image *image)
 
 static void test_callback(void **state)
 {
-    rt_render_desc d = settings(WIDTH, HEIGHT, 256, "whitted");
+    rt_render_desc d = settings(WIDTH, HEIGHT, TEST_SANITIZED ? 64 : 256, "whitted");
     outcome want, got;
     (void)state;
     d.tile = 16;

@@ -81,12 +81,12 @@ static void fill(const kind *a, const test_targets *t, uint64_t seed)
 }
 
 /* Brute force's hits, which ranges are then made of: ends and beginnings at a hit, right beside it, or somewhere. */
-static void limit(const rtk_scene *s, uint64_t seed)
+static void limit(const rtk_scene *s, uint32_t count, uint64_t seed)
 {
     test_rng rng = {seed};
     rti_scratch scratch = {0};
-    test_judge()->intersect(s, rays, brute.hits, MOST, 0, &scratch);
-    for (uint32_t i = 0; i < MOST; i++) {
+    test_judge()->intersect(s, rays, brute.hits, count, 0, &scratch);
+    for (uint32_t i = 0; i < count; i++) {
         rtk_trace_block *b = &rays[i / RTK_BLOCK];
         const uint32_t k = i % RTK_BLOCK;
         const float t = brute.hits[i / RTK_BLOCK].t[k];
@@ -158,14 +158,14 @@ static void compare(const char *what, const kind *a, const char *name, uint32_t 
 }
 
 /* How many rays have another hit of the same t. */
-static uint32_t ties(const rtk_scene *s)
+static uint32_t ties(const rtk_scene *s, uint32_t count)
 {
     static rtk_hit_block next[MOST / RTK_BLOCK];
     rti_scratch scratch = {.bare = true};
     uint32_t n = 0;
     memcpy(next, brute.hits, sizeof next);
-    test_judge()->intersect(s, rays, next, MOST, RTI_TRACE_AFTER, &scratch);
-    for (uint32_t i = 0; i < MOST; i++) {
+    test_judge()->intersect(s, rays, next, count, RTI_TRACE_AFTER, &scratch);
+    for (uint32_t i = 0; i < count; i++) {
         const rtk_hit_block *h = &next[i / RTK_BLOCK];
         n += h->prim[i % RTK_BLOCK] != RTK_INVALID && h->t[i % RTK_BLOCK] == brute.hits[i / RTK_BLOCK].t[i % RTK_BLOCK];
     }
@@ -189,12 +189,12 @@ static void sweep(const char *what, test_world *w)
         if (test_fewer() && ((n ^ n >> 1) & 1u) != (turn & 1u))
             continue;
         fill(a, &t, 31 + n);
-        limit(&w->scene, 77 + n);
-        ask(&w->scene, judge, MOST, 0, &brute);
-        for (uint32_t i = 0; i < MOST; i++)
+        limit(&w->scene, a->count, 77 + n);
+        ask(&w->scene, judge, a->count, 0, &brute);
+        for (uint32_t i = 0; i < a->count; i++)
             hits += brute.hits[i / RTK_BLOCK].prim[i % RTK_BLOCK] != RTK_INVALID;
-        assert_in_range(hits, MOST / (a->far < 1e6f ? 4 : 20), MOST); /* else the world has lost what this is for */
-        assert_in_range(ties(&w->scene), MOST / 50, MOST);
+        assert_in_range(hits, a->count / (a->far < 1e6f ? 4 : 20), a->count); /* else the world has lost what this is for */
+        assert_in_range(ties(&w->scene, a->count), a->count / 50, a->count);
         for (uint32_t i = 0; i < 2 * rti_tracer_count(); i++) {
             const rti_tracer *tracer = rti_tracer_at(test_isa(), i / 2);
             if (tracer->tree == RTK_TREE_NONE)

@@ -140,11 +140,12 @@ static void sweep(const rtk_scene *s, const kind *a)
             const rti_tracer *tracer = rti_tracer_at(test_isa(), i);
             const uint32_t count = counts[c / WAYS];
             const enum way way = (enum way)(c % WAYS);
-            if (test_fewer() && !a->crowded && (c / WAYS + c % WAYS + turn) % 2)
+            const bool crowds = a->crowded && way == NARROW && count == MOST;
+            if (test_fewer() && !crowds && (c / WAYS + c % WAYS + turn) % 2)
                 continue;
             if (tracer->tree == RTK_TREE_NONE || count > a->count || (way != ROOM && tracer->tree == RTK_TREE_OCTREE))
                 continue;
-            ask(s, tracer, count, way, a->crowded && way == NARROW && count == MOST && tracer->tree == RTK_TREE_BVH, &other);
+            ask(s, tracer, count, way, crowds && tracer->tree == RTK_TREE_BVH, &other);
             compare(a->what, tracer->name, count);
         }
 }
