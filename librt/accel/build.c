@@ -82,6 +82,23 @@ static void settle_sizes(rti_build *b, const rti_build_settings *s)
     b->leaf_size = s->leaf_size ? s->leaf_size : leaf;
 }
 
+/* Of an octree, whose cells are halved on all axes at once, no side of the root is less than this of the longest: cells of a room
+ * on a wide floor would be too thin to be halved before they are small. */
+#define OCT_SIDE 0.25f
+
+static rti_cell root_cell(const rti_build *b)
+{
+    const float *lo = b->in->lo, *hi = b->in->hi;
+    const float longest = rtk_max(rtk_max(hi[0] - lo[0], hi[1] - lo[1]), hi[2] - lo[2]);
+    rti_cell root;
+    for (int a = 0; a < 3; a++) {
+        const float more = b->builder == RTI_BUILD_OCTREE ? 0.5f * rtk_max(OCT_SIDE * longest - (hi[a] - lo[a]), 0.0f) : 0.0f;
+        root.lo[a] = lo[a] - more;
+        root.hi[a] = hi[a] + more;
+    }
+    return root;
+}
+
 void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_build_settings *settings, rti_cancel *cancel)
 {
     rti_build_settings none = {0};
@@ -89,6 +106,7 @@ void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_buil
     b->in = input;
     b->builder = s->builder;
     b->prim_count = input->tri_count + input->box_count;
+    b->root = root_cell(b);
     settle_sizes(b, s);
     b->cost_traverse = settled(s->cost_traverse, 1.0f);
     b->cost_intersect = settled(s->cost_intersect, intersect_cost(b));
@@ -172,8 +190,8 @@ static void write_header(const rti_build *b, uint32_t kind, size_t nodes, size_t
     h->kind = kind;
     h->node_count = (uint32_t)nodes;
     h->ref_count = (uint32_t)refs;
-    memcpy(h->lo, b->in->lo, sizeof h->lo);
-    memcpy(h->hi, b->in->hi, sizeof h->hi);
+    memcpy(h->lo, b->root.lo, sizeof h->lo);
+    memcpy(h->hi, b->root.hi, sizeof h->hi);
     h->prim_count = b->prim_count;
     h->cost_traverse = b->cost_traverse;
     h->cost_intersect = b->cost_intersect;

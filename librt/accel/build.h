@@ -22,9 +22,11 @@ typedef struct rti_cell {
     float lo[3], hi[3];
 } rti_cell;
 
-/* Input and settings with every default settled. min_size: no cell gets thinner on an axis that is split. */
+/* Input and settings with every default settled. root: the root's cell, which holds the input's box; min_size: no cell gets thinner
+ * on an axis that is split. */
 typedef struct rti_build {
     const rti_build_input *in;
+    rti_cell root;
     uint32_t builder, max_depth, leaf_size, prim_count;
     float cost_traverse, cost_intersect, empty_bonus, duplication;
     float min_size;

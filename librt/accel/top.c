@@ -118,10 +118,9 @@ static rt_status build_top(top *t, rti_ref **refs, uint32_t count)
 {
     const rti_build *b = t->b;
     double budget = (double)b->duplication * count + 64.0;
-    rti_item root = {.node = 0, .count = count, .depth = 0, .budget = budget < RTI_REF_MAX ? (uint32_t)budget : RTI_REF_MAX};
+    rti_item root = {
+        .cell = b->root, .node = 0, .count = count, .depth = 0, .budget = budget < RTI_REF_MAX ? (uint32_t)budget : RTI_REF_MAX};
     rt_status status = RT_OK;
-    memcpy(root.cell.lo, b->in->lo, sizeof root.cell.lo);
-    memcpy(root.cell.hi, b->in->hi, sizeof root.cell.hi);
     if (rti_out_nodes(t->ctx, &t->out, 1) == SIZE_MAX || !add_node(t, &root, refs, b->prim_count, false))
         return RT_ERROR_MEMORY;
     while (status == RT_OK && t->next_count > 0)

@@ -302,6 +302,17 @@ bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit)
     return (h->kind == RTK_TREE_BVH || walk_valid(h)) && (h->kind == RTK_TREE_OCTREE || wide_valid(h));
 }
 
+bool rti_tree_covers(const void *chunk, const float lo[3], const float hi[3])
+{
+    const rtk_tree_header *h = chunk;
+    bool same = true, covers = true;
+    for (int a = 0; a < 3; a++) {
+        same = same && h->lo[a] == lo[a] && h->hi[a] == hi[a];
+        covers = covers && h->lo[a] <= lo[a] && h->hi[a] >= hi[a] && rtk_finite(h->lo[a]) && rtk_finite(h->hi[a]);
+    }
+    return same || (covers && h->kind == RTK_TREE_OCTREE);
+}
+
 /* The ball of a reference. */
 static void ball_of(const rtk_shape *shapes, uint32_t tri_count, uint32_t ref, float to[RTK_BALL])
 {

@@ -139,7 +139,7 @@ typedef struct rtk_tree_header {
     rtk_u32 kind; /* RTK_TREE_* */
     rtk_u32 node_count, ref_count;
     rtk_u32 depth;      /* levels below the root of the deepest leaf */
-    float lo[3], hi[3]; /* root box, the part's or the top's grown bounds */
+    float lo[3], hi[3]; /* root box, the part's or the top's grown bounds; of an octree these or a wider one */
     rtk_u32 leaf_count, empty_leaf_count, largest_leaf;
     rtk_u32 prim_count; /* what the tree was built over */
     float sah_cost;

@@ -436,6 +436,28 @@ static void test_flat(void **state)
     rt_context_destroy(ctx);
 }
 
+/* An octree's cells are halved on all axes at once: a sheet's root is no sheet, or there would be nothing to halve. */
+static void test_flat_octree(void **state)
+{
+    enum { N = 64 };
+    rt_context *ctx = context(1);
+    test_mesh m = {0};
+    (void)state;
+    for (int i = 0; i < N * N; i++) {
+        const float x = (float)(i % N), y = (float)(i / N);
+        test_mesh_add(&m, (float[3]){x, y, 5.0f}, (float[3]){x + 1.0f, y, 5.0f}, (float[3]){x, y + 1.0f, 5.0f});
+    }
+    rti_build_input in = test_input(&m);
+    rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = RTI_BUILD_OCTREE});
+    assert_in_range(h.largest_leaf, 1, 16);
+    for (int a = 0; a < 3; a++) {
+        assert_true(h.lo[a] <= in.lo[a] && h.hi[a] >= in.hi[a]);
+        assert_true(h.hi[a] - h.lo[a] > 0.24f * N);
+    }
+    test_mesh_free(&m);
+    rt_context_destroy(ctx);
+}
+
 static void test_sizes(void **state)
 {
     static const float scales[] = {1.0e-25f, 1.0e-6f, 1.0e6f, 1.0e18f, 1.0e37f};
@@ -633,11 +655,14 @@ static void test_cancel(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_bytes), cmocka_unit_test(test_small),       cmocka_unit_test(test_lists),
-        cmocka_unit_test(test_copies),     cmocka_unit_test(test_hard_soups),  cmocka_unit_test(test_spatial),
-        cmocka_unit_test(test_kept),       cmocka_unit_test(test_kept_large),  cmocka_unit_test(test_ten_million),
-        cmocka_unit_test(test_degenerate), cmocka_unit_test(test_flat),        cmocka_unit_test(test_sizes),
-        cmocka_unit_test(test_settings),   cmocka_unit_test(test_binned_cost), cmocka_unit_test(test_allocation_failure),
+        cmocka_unit_test(test_same_bytes),  cmocka_unit_test(test_small),
+        cmocka_unit_test(test_lists),       cmocka_unit_test(test_copies),
+        cmocka_unit_test(test_hard_soups),  cmocka_unit_test(test_spatial),
+        cmocka_unit_test(test_kept),        cmocka_unit_test(test_kept_large),
+        cmocka_unit_test(test_ten_million), cmocka_unit_test(test_degenerate),
+        cmocka_unit_test(test_flat),        cmocka_unit_test(test_flat_octree),
+        cmocka_unit_test(test_sizes),       cmocka_unit_test(test_settings),
+        cmocka_unit_test(test_binned_cost), cmocka_unit_test(test_allocation_failure),
         cmocka_unit_test(test_cancel),
     };
 #ifdef __SANITIZE_THREAD__
