@@ -20,15 +20,19 @@
  * apex and origins, P <= RTK_FAR S where an origin is concerned.
  *   off     how far a ray's line is from the apex, measured at the apex' depth along both other axes, and 16 u (P + S) for that
  *           measurement's own roundings, which are 12 u P
- *   boxes   grown by 2^-17 S where hits lie within 2^-18 S (ray.h, points 2 and 3), are widened by off + 48 u (P + S) besides:
- *           slopes are off by u of themselves, of a way of at most P + S; a coordinate less the apex' by u (P + S); quotients are
- *           made wider by 16 u of themselves; and where a ray starts less deep than the apex, by 16 u (P + S) at most, it is
- *           looked at from there on, as far to a side of where it is
+ *   boxes   of a ray, a slope is off by u of itself, of a way of at most P + S; a coordinate less the apex' by u (P + S);
+ *           quotients are made wider by 16 u of themselves, which holds what their terms are rounded by; and where a ray starts
+ *           less deep than the apex, by 16 u (P + S) at most, it is looked at from there on, as far to a side of where it is.
+ *           With off's own roundings that is less than off + 32 u P + 20 u S. Boxes are grown by 2^-17 S where hits lie within
+ *           2^-18 S (ray.h, points 2 and 3): of the 64 u S between, spatial splits round by 8 and builders by 1. So they are
+ *           widened by off + 64 u P alone. A kd-tree's are cut to cells, beyond which nothing is held in reserve: these by
+ *           off + 64 u (P + S). (A room on a floor 36 times as wide: shadow rays 1.11 times as fast.)
  *           (Rays are not asked whether they meet the part, as rtk_ray_prepare asks: by points 2 and 3 those that hit do. Nor is
  *           the apex held to a bound: where products overflow, a triangle is not told from one that is met.)
  *   depths  of origins and ends are rounded by 4 u of P and of the way; 16 u of each, and 48 u (P + S), are allowed for
  *   edges   the leaf test's sheared corners are those of a ray through the apex, but for what was measured as off, 6 u P for
  *           that, and 6 u (P + S); those here, of the middle slopes, for 6 u (P + S) more: e is what was measured and 24 u (P + S).
+ *           For S the corners' own greatest coordinate does, which is no more than the apex' and what they are away from there.
  *           Where all rays start at the apex, both are made of the same differences X and Z: x = X - slope Z is rounded by
  *           u (|Z| + |x|) there and here, and the slopes' difference by u of itself: e = 4 u of the greatest |Z|, twice what is
  *           needed, and at least 10^-9 S, beside which the 2^-150 that denormal products lose are nothing. (So triangles smaller
@@ -97,7 +101,8 @@ typedef struct pencil {
     rtk_u32 kx, ky, kz;
     float turn;                     /* 1 or -1: depth is turn * (z - apex z) */
     float apex[3], low[3], high[3]; /* the apex, in the order kx, ky, kz, and less and more a box' margin */
-    float around, edge, most[2], middle[2]; /* a box' margin; of edges e, unless `one`; H, and the middle slopes */
+    float around, edge; /* a box' margin; of edges e, unless `one`, less what corners add */
+    float most[2], middle[2]; /* H, and the middle slopes */
     float deepest;                  /* no bundle looks farther */
     pencil_ways all[2];             /* of the rectangle around all, in the first lanes */
     rtk_u32 away;                   /* rays run from the apex, not to it */
@@ -106,7 +111,7 @@ typedef struct pencil {
     float far, size;      /* greatest coordinates of origins, and of the apex */
     float off, least;     /* greatest distance of a line from the apex; least depth of an origin */
     float scale;          /* of the largest part */
-    float margin;         /* `around` with it: of depths, which one part finds and the next one keeps to */
+    float margin;         /* off + 64 u (P + S) with it: of depths, which one part finds and the next one keeps to */
     const rtk_scene *scene;
     const rtk_part *part; /* that is walked */
     rtk_u32 which;        /* its number */

@@ -248,11 +248,11 @@ RTI_APART int pencil_enter_part(pencil *p, rtk_u32 which)
         return 0;
     p->part = part;
     p->which = which;
-    p->around = margin;
-    p->edge = p->off + 1.5f * PENCIL_U * (rtk_max(p->far, p->size) + scale);
+    p->around = part->bvh.kind == RTK_TREE_KD ? margin : p->off + 4.0f * PENCIL_U * rtk_max(p->far, p->size);
+    p->edge = p->off + 1.5f * PENCIL_U * rtk_max(p->far, p->size);
     for (rtk_u32 i = 0u; i < 3u; i++) {
-        p->low[i] = p->apex[i] - margin;
-        p->high[i] = p->apex[i] + margin;
+        p->low[i] = p->apex[i] - p->around;
+        p->high[i] = p->apex[i] + p->around;
     }
     return 1;
 }

@@ -43,8 +43,11 @@ RTI_APART rtk_u32 pencil_see(const pencil *p, const rtk_bvhblock *b, pencil_four
         s = rti_f4_max(s, rti_f4_max(rti_f4_abs(x[i]), rti_f4_abs(y[i])) + wide);
         depth = rti_f4_max(depth, rti_f4_abs(z[i]));
     }
-    const rti_f4 e = p->one ? rti_f4_max(rti_f4_set(PENCIL_U / 4.0f) * depth, rti_f4_set(1e-9f * p->part->scale))
-                            : rti_f4_set(p->edge);
+    rti_f4 e = rti_f4_max(rti_f4_set(PENCIL_U / 4.0f) * depth, rti_f4_set(1e-9f * p->part->scale));
+    if (!p->one) {
+        const rti_f4 corners = rti_f4_min(rti_f4_set(p->size) + s + depth, rti_f4_set(p->part->scale));
+        e = rti_f4_set(1.5f * PENCIL_U) * corners + rti_f4_set(p->edge);
+    }
     const rti_f4 off = (s + e) * (rti_f4_set(4.0f) * e + rti_f4_set(2.0f * PENCIL_U) * s);
     const rti_f4 az = turn * z[0], bz = turn * z[1], cz = turn * z[2];
     const rti_f4 near = rti_f4_min(rti_f4_min(az, bz), cz) - rti_f4_set(grow);

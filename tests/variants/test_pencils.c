@@ -344,6 +344,21 @@ static void test_scattered(void **state)
     rt_context_destroy(ctx);
 }
 
+/* Small things on a wide floor, in one part: what is found near the eye is held against boxes grown for the floor. */
+static void test_floor(void **state)
+{
+    static const float wide[] = {40.0f, 1000.0f};
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        const float y = -0.55f, far = wide[i];
+        test_mesh m = {0};
+        test_mesh_soup(&m, 3000, 0.02f, 5);
+        test_mesh_add(&m, (float[3]){-far, y, -far}, (float[3]){far, y, -far}, (float[3]){far, y, far});
+        test_mesh_add(&m, (float[3]){-far, y, -far}, (float[3]){far, y, far}, (float[3]){-far, y, far});
+        with_mesh_by(&m, 1.0f, 0.0f, "on a floor", 20, test_fewer() ? i : -1);
+    }
+}
+
 static void test_needles(void **state)
 {
     test_mesh m = {0};
@@ -498,11 +513,11 @@ static void test_learned(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_soup),      cmocka_unit_test(test_small),
-                                       cmocka_unit_test(test_scattered), cmocka_unit_test(test_needles),
-                                       cmocka_unit_test(test_lattice),   cmocka_unit_test(test_nested),
-                                       cmocka_unit_test(test_one),       cmocka_unit_test(test_scaled_and_moved),
-                                       cmocka_unit_test(test_planes),    cmocka_unit_test(test_two_parts),
-                                       cmocka_unit_test(test_apart),     cmocka_unit_test(test_learned)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_soup),   cmocka_unit_test(test_small),     cmocka_unit_test(test_scattered),
+        cmocka_unit_test(test_floor),  cmocka_unit_test(test_needles),   cmocka_unit_test(test_lattice),
+        cmocka_unit_test(test_nested), cmocka_unit_test(test_one),       cmocka_unit_test(test_scaled_and_moved),
+        cmocka_unit_test(test_planes), cmocka_unit_test(test_two_parts), cmocka_unit_test(test_apart),
+        cmocka_unit_test(test_learned)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
