@@ -2,9 +2,13 @@
  * times its size would else be in boxes that are larger than its triangles.
  *
  * Pieces are triangles held together by shared corners (equal positions, of whatever mesh), and single shapes. A piece's scale is
- * its largest coordinate; pieces are sorted by the scale's power of two. Below a part's scale a new part begins where primitives
- * are found that the growth of that part's boxes would swell by half, and whose pieces are at least 8 times smaller. Scenes of
- * one scale have none: for them all this is one look at each primitive.
+ * its largest coordinate; pieces are sorted by the scale's power of two. Below a part's scale a new part begins where pieces are
+ * at least 8 times smaller, some of their primitives would swell by half in that part's boxes, and the surface of their boxes on
+ * average to more than twice what it is. Scenes of one scale have none: for them all this is one look at each primitive.
+ *
+ * (A part costs each ray: it is made ready, and finds its way, once more. A classroom whose ground is 36 times the room, and a
+ * sixth of its triangles swelled by half, by three quarters on average: in one part camera rays are 1.16 times as fast, 1.24 one
+ * a call, bounces and random rays 1.07, shadow rays .95. With a ground four times as large bounces are even.)
  */
 #include "parts.h"
 
@@ -13,10 +17,12 @@
 
 #include "../kernel/shape_surface.h"
 
-#define STEP     4u  /* powers of two between a part and the next */
-#define FEWEST   64u /* small primitives that are worth a part: each costs every ray a look at its box */
+#define STEP     4u      /* powers of two between a part and the next */
+#define FEWEST   64u     /* small primitives that are worth a part: each costs every ray a look at its box */
+#define MOST     1024.0f /* of one primitive's growth counts so much: one that is all but nothing says nothing of others */
 #define TASKS    64u
 #define NO_ENTRY 0u
+#define CLASSES  256u
 
 typedef struct cut_job {
     rt_context *ctx;
@@ -197,27 +203,55 @@ static rt_status find_pieces(cut_job *job, const char *call)
 
 /* ---- where to cut ---- */
 
+/* What the primitives of a class would be in boxes grown for a scale. */
+typedef struct class_sum {
+    double growth; /* what is added to a box' surface, in parts of it, summed up */
+    uint32_t count, swell;
+} class_sum;
+
+static void sum_classes(const cut_job *job, float scale, class_sum sums[CLASSES])
+{
+    memset(sums, 0, CLASSES * sizeof *sums);
+    for (uint32_t i = 0; i < job->count; i++) {
+        class_sum *c = &sums[job->classes[i]];
+        float size;
+        prim_scale(job, i, &size);
+        if (!(size > 0.0f))
+            continue;
+        const float side = 1.0f + 2.0f * RTK_GROW * scale / size;
+        c->growth += rtk_min(side * side - 1.0f, MOST);
+        c->swell += swells(size, scale);
+        c->count++;
+    }
+}
+
+/* The highest class below `top` with which a part may begin, or 0. */
+static uint32_t next_bound(const class_sum sums[CLASSES], uint32_t top)
+{
+    class_sum below = {0.0, 0, 0};
+    uint32_t bound = 0;
+    for (uint32_t c = 0; c + STEP <= top; c++) {
+        below.growth += sums[c].growth;
+        below.count += sums[c].count;
+        below.swell += sums[c].swell;
+        if (sums[c].swell > 0 && below.swell >= FEWEST && below.growth > below.count)
+            bound = c;
+    }
+    return bound;
+}
+
 static void choose_bounds(cut_job *job)
 {
     uint32_t top = class_of(job->head->scale);
     float scale = job->head->scale;
     for (job->part_count = 1; job->part_count < RTK_PARTS; job->part_count++) {
-        uint32_t found = 0, next = 0;
-        for (uint32_t i = 0; i < job->count; i++) {
-            float size;
-            if (job->classes[i] + STEP > top)
-                continue;
-            prim_scale(job, i, &size);
-            if (!swells(size, scale))
-                continue;
-            found++;
-            next = rtk_umax(next, job->classes[i]);
-        }
-        if (found < FEWEST)
+        class_sum sums[CLASSES];
+        sum_classes(job, scale, sums);
+        top = next_bound(sums, top);
+        if (top == 0)
             return;
-        job->bounds[job->part_count] = next;
-        top = next;
-        scale = rtk_float((next + 1) << 23);
+        job->bounds[job->part_count] = top;
+        scale = rtk_float((top + 1) << 23);
     }
 }
 

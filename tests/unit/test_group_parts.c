@@ -253,6 +253,10 @@ static void test_whole_pieces(void **state)
     kit_square(scene, 10.0f, -1.0f);
     commit(scene, "kdtree");
     assert_int_equal(group_of(scene, 0).part_count, 1);
+    /* Some triangles of the ball would swell by half, their boxes' surface on average by less than as much again. */
+    kit_square(scene, 3900.0f, -1.4f);
+    commit(scene, "kdtree");
+    assert_int_equal(group_of(scene, 0).part_count, 1);
     kit_square(scene, 1.0e5f, -1.5f);
     for (int i = 0; i < 20; i++)
         kit_sphere(scene, 0, 0, 0.01f * (float)i, 0.001f);
