@@ -3,7 +3,7 @@
  * a caller's ray and an instance's come to it bvh_lone_one.h. What a tree's walk is, bvh_lanes.inl and kernel/bvh.h tell; here
  *
  * boxes are met at plane * inv - org * inv, as in streams and with their proof (bvh_stream.h), children wait in the order in
- * which they are entered, triangles are met two blocks at a time;
+ * which they are entered, triangles are met a block or two at a time (bvh_lone_step.inl);
  *
  * a hit for certain of which the leaf test's first half doubts where it is, is put aside: beside large triangles, a floor on
  * which the eye stands, that is so of most rays, and the second half takes as long as six nodes. It is decided at the end, in
@@ -240,75 +240,32 @@ RTI_APART int lone_meet(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 sure, rtk_u32
     return 0;
 }
 
-/* The leaf test of `count` triangles from the place `at` on, which lie in as many blocks as there are lanes; lane 0 is the first of
- * the blocks. Returns hit | doubt. */
-RTI_VEC rtk_u32 lone_test(const lone *l, rtk_u32 at, rtk_u32 count, bvh_pairs_hit *hit)
-{
-    const rtk_u32 begin = at % 4u, left = begin + count;
-    const bvh_pairs_ray ray = {NODE(set)(l->org[0]), NODE(set)(l->org[1]), NODE(set)(l->org[2]), NODE(set)(l->sx),
-                               NODE(set)(l->sy),     NODE(set)(l->dir[2]), NODE(set)(l->org[3]), NODE(set)(l->dir[3]),
-                               NODE(set)(l->shift),  NODE(set)(l->scale)};
-    const char *b = (const char *)&l->tree->blocks[at / 4u];
-    const char *x = b + l->row[0], *y = b + l->row[1], *z = b + l->row[2];
-    const rtk_u32 want = ((1u << left) - 1u) & ~0u << begin;
-#define AT(p, corner) ((const float *)(const void *)((p) + (corner) * sizeof(((rtk_bvhblock *)0)->v0)))
+#define LONE_N 4
+#include "bvh_lone_step.inl"
+#undef LONE_N
 #if NODE_N > 4
-    const size_t next = left > 4u ? sizeof(rtk_bvhblock) : 0u; /* one block stands for two */
-#define ROW(p, corner) rti_f8_two(AT(p, corner), AT((p) + next, corner))
-#else
-#define ROW(p, corner) rti_f4_load(AT(p, corner))
+#define LONE_N 8
+#include "bvh_lone_step.inl"
+#undef LONE_N
 #endif
-    const bvh_vec v0[3] = {ROW(x, 0), ROW(y, 0), ROW(z, 0)};
-    const bvh_vec v1[3] = {ROW(x, 1), ROW(y, 1), ROW(z, 1)};
-    const bvh_vec v2[3] = {ROW(x, 2), ROW(y, 2), ROW(z, 2)};
-#undef ROW
-#undef AT
-    return pairs_test(&ray, v0, v1, v2, want, hit);
-}
 
-/* Such triangles. Calls are the last thing it does: then it need not save registers. */
+/* Triangles of one block, as most leaves are, or two: as many lanes, for there are processors whose wide instructions take twice as
+ * long (one ray a call is .90 to .97 of the time on a Zen 1). */
 RTI_VEC int lone_step(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
 {
-    bvh_pairs_hit hit;
-    const rtk_u32 bits = lone_test(l, at, count, &hit);
-    at -= at % 4u;
-    if (bits == 0u)
-        return 0;
-    if ((mode & RTK_MODE_ANY) && hit.hit != 0u)
-        return 1;
-    const float most = rtk_max(l->far, l->t);
-    rtk_u32 sure = hit.hit & node_bits(NODE(le)(hit.t, NODE(set)(most)));
-    NODE(store)(l->met.t, hit.t);
-    NODE(store)(l->met.u, hit.u);
-    NODE(store)(l->met.v, hit.v);
-    if (__builtin_expect(hit.doubt != 0u || l->t < l->far, 0)) {
-        NODE(store)(l->met.off, hit.off);
-        l->met.certain = hit.certain;
-        return lone_meet(l, mode, at, sure, hit.doubt);
-    }
-    for (; sure != 0u; sure &= sure - 1u) { /* as lone_take, where no hit is put aside */
-        const rtk_u32 i = (rtk_u32)__builtin_ctz(sure);
-        const float t = l->met.t[i];
-        if (t == l->t)
-            return lone_meet(l, mode, at, sure, 0u);
-        if (t < l->t) {
-            l->t = t;
-            l->u = l->met.u[i];
-            l->v = l->met.v[i];
-            l->late = at + i;
-            l->far = rtk_min(l->far, t);
-            lone_expect(l, at + i);
-        }
-    }
-    return 0;
+#if NODE_N > 4
+    if (at % 4u + count > 4u)
+        return lone_step8(l, mode, at, count);
+#endif
+    return lone_step4(l, mode, at, count);
 }
 
-/* Such triangles where t is a sum with outer: as rtk_query_tri. */
+/* Triangles of as many blocks as there are lanes, where t is a sum with outer: as rtk_query_tri. */
 RTI_VEC int lone_step_outer(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
 {
     bvh_pairs_hit hit;
     float t[NODE_N], u[NODE_N], v[NODE_N];
-    rtk_u32 bits = lone_test(l, at, count, &hit);
+    rtk_u32 bits = LANES_TYPE(lone_test, NODE_N)(l, at, count, &hit);
     at -= at % 4u;
     NODE(store)(t, hit.t);
     NODE(store)(u, hit.u);
