@@ -96,7 +96,7 @@ RTI_VEC rtk_u32 pencil_near_rays(const pencil *p, const pencil_box *box, rtk_u32
     const rtk_u32 g = p->block[i];
     rtk_u32 met = 0u;
     for (rtk_u32 h = 0u; h < PENCIL_HALVES; h++) {
-        const vec to = V(min)(V(set)(1.0f + PENCIL_U) * V(load)(p->to[g] + h * RTI_SIMD) + V(set)(p->around), box->out);
+        const vec to = V(min)(V(set)(1.0f + PENCIL_U) * V(load)(p->to[g] + h * RTI_SIMD) + V(set)(p->margin), box->out);
         rtk_u32 lanes = pencil_lanes(p->live[i], h) & VM(bits)(V(le)(box->in, to));
         for (rtk_u32 k = 0u; k < 2u; k++) {
             const vec s = V(set)(p->turn) * V(load)(p->slope[k][g] + h * RTI_SIMD), a = s * box->in, b = s * to;
