@@ -3,12 +3,13 @@
  *
  * Pieces are triangles held together by shared corners (equal positions, of whatever mesh), and single shapes. A piece's scale is
  * its largest coordinate; pieces are sorted by the scale's power of two. Below a part's scale a new part begins where pieces are
- * at least 8 times smaller, some of their primitives would swell by half in that part's boxes, and the surface of their boxes on
- * average to more than twice what it is. Scenes of one scale have none: for them all this is one look at each primitive.
+ * at least 8 times smaller, and in that part's boxes their primitives would on average have more than twice the surface, some of
+ * them sides half as long again, or so many sides three times as long that a ray among them would meet them all. Scenes of one
+ * scale have none: for them all this is one look at each primitive.
  *
  * (A part costs each ray: it is made ready, and finds its way, once more. A classroom whose ground is 36 times the room, and a
- * sixth of its triangles swelled by half, by three quarters on average: in one part camera rays are 1.16 times as fast, 1.24 one
- * a call, bounces and random rays 1.07, shadow rays .95. With a ground four times as large bounces are even.)
+ * sixth of its triangles swell by half (168 to three times their size), by .75 on average: in one part camera rays are 1.16 times
+ * as fast, 1.24 one a call, bounces and random rays 1.07, shadow rays .95. With a ground four times as large bounces are even.)
  */
 #include "parts.h"
 
@@ -19,6 +20,7 @@
 
 #define STEP     4u      /* powers of two between a part and the next */
 #define FEWEST   64u     /* small primitives that are worth a part: each costs every ray a look at its box */
+#define CROWD    256u    /* ones three times as large: rays among 500 of them took twice as long, among 2,000 up to six times */
 #define MOST     1024.0f /* of one primitive's growth counts so much: one that is all but nothing says nothing of others */
 #define TASKS    64u
 #define NO_ENTRY 0u
@@ -206,7 +208,7 @@ static rt_status find_pieces(cut_job *job, const char *call)
 /* What the primitives of a class would be in boxes grown for a scale. */
 typedef struct class_sum {
     double growth; /* what is added to a box' surface, in parts of it, summed up */
-    uint32_t count, swell;
+    uint32_t count, swell, crowd;
 } class_sum;
 
 static void sum_classes(const cut_job *job, float scale, class_sum sums[CLASSES])
@@ -221,6 +223,7 @@ static void sum_classes(const cut_job *job, float scale, class_sum sums[CLASSES]
         const float side = 1.0f + 2.0f * RTK_GROW * scale / size;
         c->growth += rtk_min(side * side - 1.0f, MOST);
         c->swell += swells(size, scale);
+        c->crowd += side >= 3.0f;
         c->count++;
     }
 }
@@ -228,13 +231,14 @@ static void sum_classes(const cut_job *job, float scale, class_sum sums[CLASSES]
 /* The highest class below `top` with which a part may begin, or 0. */
 static uint32_t next_bound(const class_sum sums[CLASSES], uint32_t top)
 {
-    class_sum below = {0.0, 0, 0};
+    class_sum below = {0.0, 0, 0, 0};
     uint32_t bound = 0;
     for (uint32_t c = 0; c + STEP <= top; c++) {
         below.growth += sums[c].growth;
         below.count += sums[c].count;
         below.swell += sums[c].swell;
-        if (sums[c].swell > 0 && below.swell >= FEWEST && below.growth > below.count)
+        below.crowd += sums[c].crowd;
+        if (sums[c].swell > 0 && (below.crowd >= CROWD || (below.swell >= FEWEST && below.growth > below.count)))
             bound = c;
     }
     return bound;

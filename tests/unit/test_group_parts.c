@@ -266,6 +266,22 @@ static void test_whole_pieces(void **state)
     rt_context_destroy(ctx);
 }
 
+/* A dense small thing has a part, however many larger ones are around it. */
+static void test_crowd(void **state)
+{
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *scene = kit_scene(ctx);
+    (void)state;
+    add_ball(scene, (rt_vec3){20, 3, 10}, 0.045f); /* as far from the origin as others */
+    for (int i = 0; i < 48; i++)
+        add_ball(scene, (rt_vec3){2.5f * (float)(i % 16) - 20.0f, 0, 10.0f + 2.5f * (float)(i / 16)}, 1.0f);
+    kit_square(scene, 1000.0f, -1.5f);
+    commit(scene, "kdtree");
+    assert_int_equal(group_of(scene, 0).part_count, 2);
+    rt_scene_destroy(scene);
+    rt_context_destroy(ctx);
+}
+
 /* From its inside every ray hits the closed ball, also when its origin is moved or the ray is aimed at edges and corners. */
 static void test_no_leak(void **state)
 {
@@ -363,7 +379,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ball_on_floor), cmocka_unit_test(test_one_mesh), cmocka_unit_test(test_shapes_and_instances),
-        cmocka_unit_test(test_whole_pieces),  cmocka_unit_test(test_no_leak),  cmocka_unit_test(test_saved),
-        cmocka_unit_test(test_no_memory)};
+        cmocka_unit_test(test_whole_pieces),  cmocka_unit_test(test_crowd),    cmocka_unit_test(test_no_leak),
+        cmocka_unit_test(test_saved),         cmocka_unit_test(test_no_memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
