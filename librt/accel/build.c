@@ -86,13 +86,12 @@ static void settle_sizes(rti_build *b, const rti_build_settings *s)
  * on a wide floor would be too thin to be halved before they are small. */
 #define OCT_SIDE 0.25f
 
-static rti_cell root_cell(const rti_build *b)
+rti_cell rti_root_cell(bool octree, const float lo[3], const float hi[3])
 {
-    const float *lo = b->in->lo, *hi = b->in->hi;
     const float longest = rtk_max(rtk_max(hi[0] - lo[0], hi[1] - lo[1]), hi[2] - lo[2]);
     rti_cell root;
     for (int a = 0; a < 3; a++) {
-        const float more = b->builder == RTI_BUILD_OCTREE ? 0.5f * rtk_max(OCT_SIDE * longest - (hi[a] - lo[a]), 0.0f) : 0.0f;
+        const float more = octree ? 0.5f * rtk_max(OCT_SIDE * longest - (hi[a] - lo[a]), 0.0f) : 0.0f;
         root.lo[a] = lo[a] - more;
         root.hi[a] = hi[a] + more;
     }
@@ -106,7 +105,7 @@ void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_buil
     b->in = input;
     b->builder = s->builder;
     b->prim_count = input->tri_count + input->box_count;
-    b->root = root_cell(b);
+    b->root = rti_root_cell(b->builder == RTI_BUILD_OCTREE, input->lo, input->hi);
     settle_sizes(b, s);
     b->cost_traverse = settled(s->cost_traverse, 1.0f);
     b->cost_intersect = settled(s->cost_intersect, intersect_cost(b));

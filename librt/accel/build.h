@@ -22,6 +22,9 @@ typedef struct rti_cell {
     float lo[3], hi[3];
 } rti_cell;
 
+/* The cell that a tree begins with, of a box: that, or where it is flat, of an octree a wider one. */
+rti_cell rti_root_cell(bool octree, const float lo[3], const float hi[3]);
+
 /* Input and settings with every default settled. root: the root's cell, which holds the input's box; min_size: no cell gets thinner
  * on an axis that is split. */
 typedef struct rti_build {

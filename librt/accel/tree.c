@@ -305,12 +305,8 @@ bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit)
 bool rti_tree_covers(const void *chunk, const float lo[3], const float hi[3])
 {
     const rtk_tree_header *h = chunk;
-    bool same = true, covers = true;
-    for (int a = 0; a < 3; a++) {
-        same = same && h->lo[a] == lo[a] && h->hi[a] == hi[a];
-        covers = covers && h->lo[a] <= lo[a] && h->hi[a] >= hi[a] && rtk_finite(h->lo[a]) && rtk_finite(h->hi[a]);
-    }
-    return same || (covers && h->kind == RTK_TREE_OCTREE);
+    const rti_cell root = rti_root_cell(h->kind == RTK_TREE_OCTREE, lo, hi);
+    return memcmp(h->lo, root.lo, sizeof root.lo) == 0 && memcmp(h->hi, root.hi, sizeof root.hi) == 0;
 }
 
 /* The ball of a reference. */
