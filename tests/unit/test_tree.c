@@ -539,7 +539,7 @@ static void test_binned_cost(void **state)
     rt_context_destroy(ctx);
 }
 
-/* Of the later allocations of a build every third fails, by turns, where fewer will do. */
+/* Of the later allocations of a build every third fails, of each builder others, where fewer will do. */
 #define SOME 64
 #define STEP (test_fewer() ? 3 : 1)
 
@@ -582,7 +582,7 @@ static void test_allocation_failure(void **state)
     assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
     for (int b = 0; b < BUILDERS; b++) {
         rti_build_settings s = {.builder = builders[b]};
-        for (long n = 0;; n += n < SOME ? 1 : STEP) {
+        for (long n = 0;; n += n < SOME + b ? 1 : STEP) {
             uint64_t before, after;
             void *chunk;
             size_t size;
@@ -623,7 +623,7 @@ static void test_cancel(void **state)
     for (int b = 0; b < BUILDERS; b++) {
         rti_build_settings s = {.builder = builders[b]};
         long cancelled = 0;
-        for (long n = 0;; n += n < SOME ? 1 : STEP) {
+        for (long n = 0;; n += n < SOME + b ? 1 : STEP) {
             uint64_t before, after;
             void *chunk;
             size_t size;
