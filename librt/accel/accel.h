@@ -81,8 +81,8 @@ bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit);
 /* Of a valid chunk: its blocks, if it has any, hold the vertices of the triangles that their references name, and its balls the
  * spheres. tris, then shapes, as in references. */
 bool rti_tree_copies_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_count, const rtk_shape *shapes);
-/* Of a valid chunk: its root box is the one of a tree over this box (rti_root_cell). */
-bool rti_tree_covers(const void *chunk, const float lo[3], const float hi[3]);
+/* Of a valid chunk: it is of a tree over this box, by its root (rti_root_cell). */
+bool rti_tree_is_over(const void *chunk, const float lo[3], const float hi[3]);
 
 /* Writes the spheres (rtk_tree_header.ball_count) of a tree over a group's primitives, which it was built with room for or has had
  * before. shapes: the group's, of which references from tri_count on are. The same bytes for any number of workers. */

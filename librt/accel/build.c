@@ -92,8 +92,8 @@ rti_cell rti_root_cell(bool octree, const float lo[3], const float hi[3])
     rti_cell root;
     for (int a = 0; a < 3; a++) {
         const float more = octree ? 0.5f * rtk_max(OCT_SIDE * longest - (hi[a] - lo[a]), 0.0f) : 0.0f;
-        root.lo[a] = lo[a] - more;
-        root.hi[a] = hi[a] + more;
+        root.lo[a] = more > 0.0f ? lo[a] - more : lo[a]; /* bit for bit, with zeros' signs */
+        root.hi[a] = more > 0.0f ? hi[a] + more : hi[a];
     }
     return root;
 }

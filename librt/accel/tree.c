@@ -302,7 +302,7 @@ bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit)
     return (h->kind == RTK_TREE_BVH || walk_valid(h)) && (h->kind == RTK_TREE_OCTREE || wide_valid(h));
 }
 
-bool rti_tree_covers(const void *chunk, const float lo[3], const float hi[3])
+bool rti_tree_is_over(const void *chunk, const float lo[3], const float hi[3])
 {
     const rtk_tree_header *h = chunk;
     const rti_cell root = rti_root_cell(h->kind == RTK_TREE_OCTREE, lo, hi);

@@ -209,7 +209,7 @@ static const char *check_top(const rti_snapshot *s)
     for (uint32_t kind = 1; kind < RTI_TREE_KINDS; kind++) {
         const rti_chunk *tree = s->top_tree[kind];
         if (tree && (!rti_tree_valid(tree->data, tree->size, head->instance_count) ||
-                     !rti_tree_copies_valid(tree->data, NULL, 0, NULL) || !rti_tree_covers(tree->data, head->lo, head->hi)))
+                     !rti_tree_copies_valid(tree->data, NULL, 0, NULL) || !rti_tree_is_over(tree->data, head->lo, head->hi)))
             return "a tree over the instances is not sound";
     }
     return NULL;

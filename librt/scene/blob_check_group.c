@@ -155,7 +155,7 @@ static const char *check_trees(const group_view *g)
             (p >= g->head->part_count || !rti_tree_valid(tree->data, tree->size, g->head->tri_count + g->head->shape_count) ||
              !rti_tree_copies_valid(tree->data, rti_chunk_at(g->part->group, g->head->off_tris), g->head->tri_count,
                                     rti_chunk_at(g->part->group, g->head->off_shapes)) ||
-             !rti_tree_covers(tree->data, g->head->parts[p].lo, g->head->parts[p].hi)))
+             !rti_tree_is_over(tree->data, g->head->parts[p].lo, g->head->parts[p].hi)))
             return "a tree is not sound";
     }
     return NULL;

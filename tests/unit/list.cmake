@@ -59,6 +59,7 @@ librt_unit_test(touched)
 librt_unit_test(tracer)
 librt_unit_test(tree THREADS)
 librt_unit_test(tree_broken)
+librt_unit_test(tree_failing)
 librt_unit_test(tri_lanes)
 foreach(probe simd tri_lanes) # a copy of the vectors under test for each instruction set
   foreach(isa generic ${librt_isas})

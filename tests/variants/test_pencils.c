@@ -119,7 +119,7 @@ static point pixel(const test_targets *t, const point *apex, uint32_t i)
 }
 
 /* So far behind their eye some rays begin, and end as far before it. */
-static double before_eye;
+static double behind_eye;
 
 /* Rays of a way, 512 or 256 of them through a point, of a camera all. */
 static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t round)
@@ -131,7 +131,7 @@ static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t ro
         if (i % tile == 0) {
             apex = apex_of(t, rng, round + i / tile);
             for (int a = 0; a < 3; a++) /* a little beside what it lies on */
-                apex.x[a] = (float)(apex.x[a] + (before_eye > 0.0 ? before_eye * (test_unit(rng) - 0.5) : 0.0));
+                apex.x[a] = (float)(apex.x[a] + (behind_eye > 0.0 ? behind_eye * (test_unit(rng) - 0.5) : 0.0));
             center = aim(t, rng);
             narrow = test_u32(rng) % 2;
             zero = test_u32(rng) % 2;
@@ -161,8 +161,8 @@ static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t ro
             for (int a = 0; a < 3; a++)
                 org.x[a] += s * dir[a];
         }
-        if (way == EYE && before_eye > 0.0 && i % 5 == 4 && length > 0.0) {
-            const double s = before_eye * test_unit(rng) / length;
+        if (way == EYE && behind_eye > 0.0 && i % 5 == 4 && length > 0.0) {
+            const double s = behind_eye * test_unit(rng) / length;
             for (int a = 0; a < 3; a++)
                 org.x[a] -= s * dir[a];
             tmax = 2.0 * s * test_unit(rng);
@@ -364,9 +364,9 @@ static void test_floor(void **state)
         test_mesh_soup(&m, 3000, 0.02f, 5);
         test_mesh_add(&m, (float[3]){-far, y, -far}, (float[3]){far, y, -far}, (float[3]){far, y, far});
         test_mesh_add(&m, (float[3]){-far, y, -far}, (float[3]){far, y, far}, (float[3]){-far, y, far});
-        before_eye = 8e-7 * far; /* no farther than a pencil's rays may */
+        behind_eye = 8e-7 * far; /* no farther than a pencil's rays may */
         with_mesh_by(&m, 1.0f, 0.0f, "on a floor", 20, test_fewer() ? i : -1);
-        before_eye = 0.0;
+        behind_eye = 0.0;
     }
 }
 
