@@ -32,7 +32,8 @@
  *   depths  of origins and ends are rounded by 4 u of P and of the way; 16 u of each, and 48 u (P + S), are allowed for
  *   edges   the leaf test's sheared corners are those of a ray through the apex, but for what was measured as off, 6 u P for
  *           that, and 6 u (P + S); those here, of the middle slopes, for 6 u (P + S) more: e is what was measured and 24 u (P + S).
- *           For S the corners' own greatest coordinate does, which is no more than the apex' and what they are away from there.
+ *           For S the corners' own greatest coordinate does, which is no more than the apex' and what they are away from there;
+ *           with what stands next, which keeps e beside small ones above what denormal products lose.
  *           Where all rays start at the apex, both are made of the same differences X and Z: x = X - slope Z is rounded by
  *           u (|Z| + |x|) there and here, and the slopes' difference by u of itself: e = 4 u of the greatest |Z|, twice what is
  *           needed, and at least 10^-9 S, beside which the 2^-150 that denormal products lose are nothing. (So triangles smaller

@@ -242,14 +242,14 @@ RTI_VEC void pencil_gather(pencil *p, rtk_u32 mode, int down, float round, penci
 RTI_APART int pencil_enter_part(pencil *p, rtk_u32 which)
 {
     const rtk_part *part = &p->scene->groups->parts[which];
-    const float scale = part->scale, margin = p->off + 4.0f * PENCIL_U * (rtk_max(p->far, p->size) + scale);
+    const float scale = part->scale, most = rtk_max(p->far, p->size);
     if (!(p->far <= RTK_FAR * scale) || !(scale >= PENCIL_LEAST) || !(scale <= PENCIL_MOST) || !(p->off <= PENCIL_OFF * scale) ||
         !(p->least >= -(PENCIL_U * (p->size + scale))))
         return 0;
     p->part = part;
     p->which = which;
-    p->around = part->bvh.kind == RTK_TREE_KD ? margin : p->off + 4.0f * PENCIL_U * rtk_max(p->far, p->size);
-    p->edge = p->off + 1.5f * PENCIL_U * rtk_max(p->far, p->size);
+    p->around = p->off + 4.0f * PENCIL_U * (part->bvh.kind == RTK_TREE_KD ? most + scale : most);
+    p->edge = p->off + 1.5f * PENCIL_U * most;
     for (rtk_u32 i = 0u; i < 3u; i++) {
         p->low[i] = p->apex[i] - p->around;
         p->high[i] = p->apex[i] + p->around;

@@ -46,7 +46,7 @@ RTI_APART rtk_u32 pencil_see(const pencil *p, const rtk_bvhblock *b, pencil_four
     rti_f4 e = rti_f4_max(rti_f4_set(PENCIL_U / 4.0f) * depth, rti_f4_set(1e-9f * p->part->scale));
     if (!p->one) {
         const rti_f4 corners = rti_f4_min(rti_f4_set(p->size) + s + depth, rti_f4_set(p->part->scale));
-        e = rti_f4_set(1.5f * PENCIL_U) * corners + rti_f4_set(p->edge);
+        e = e + (rti_f4_set(1.5f * PENCIL_U) * corners + rti_f4_set(p->edge));
     }
     const rti_f4 off = (s + e) * (rti_f4_set(4.0f) * e + rti_f4_set(2.0f * PENCIL_U) * s);
     const rti_f4 az = turn * z[0], bz = turn * z[1], cz = turn * z[2];
