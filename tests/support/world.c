@@ -8,6 +8,9 @@
 #include "scene/scene.h"
 #include "scene/snapshot.h"
 
+const uint32_t test_builders[TEST_BUILDERS] = {RTI_BUILD_KD_EXACT, RTI_BUILD_KD_BINNED,   RTI_BUILD_OCTREE,
+                                               RTI_BUILD_BVH,      RTI_BUILD_BVH_COMPACT, RTI_BUILD_BVH_SPATIAL};
+
 static void *grown(void *data, size_t count, size_t item)
 {
     void *p = realloc(data, count * item);

@@ -13,6 +13,10 @@
 rti_isa test_isa(void);
 /* Brute force by the processor's best instructions: the judge of all others, at every level. */
 const rti_tracer *test_judge(void);
+/* All builders, the kd-tree's two first. */
+#define TEST_BUILDERS 6
+extern const uint32_t test_builders[TEST_BUILDERS];
+
 /* Rays a scene: LIBRT_RAYS, or TEST_RAYS, or with LIBRT_FULL=1 two hundred thousand. */
 uint64_t test_ray_count(void);
 /* Rays of which closest hits alone are asked: LIBRT_CLOSEST, or none, or with LIBRT_FULL=1 ten million. */

@@ -11,10 +11,7 @@
 #include "support/generate.h"
 #include "support/many.h"
 #include "support/rays.h"
-
-static const uint32_t builders[] = {RTI_BUILD_KD_EXACT, RTI_BUILD_KD_BINNED,   RTI_BUILD_OCTREE,
-                                    RTI_BUILD_BVH,      RTI_BUILD_BVH_COMPACT, RTI_BUILD_BVH_SPATIAL};
-#define BUILDERS ((int)RTI_COUNT(builders))
+#include "support/world.h"
 
 static rt_context *context(uint32_t workers)
 {
@@ -72,15 +69,15 @@ static void test_same_bytes(void **state)
     test_mesh_soup(&m, 20000, 0.05f, 42);
     test_mesh_soup(&m, 50, 2.0f, 42);
     rti_build_input in = test_input(&m);
-    for (int b = 0; b < BUILDERS; b++) {
+    for (int b = 0; b < TEST_BUILDERS; b++) {
         bytes all = {0};
         for (int k = 0; k < 4; k++)
-            check_bytes(&in, builders[b], workers[k], &all);
+            check_bytes(&in, test_builders[b], workers[k], &all);
         for (int isa = 0; isa < RTI_ISA_COUNT; isa++) {
             if (!rti_isa_runs((rti_isa)isa))
                 continue;
             setenv("RT_ISA", rti_isa_name((rti_isa)isa), 1);
-            check_bytes(&in, builders[b], 2, &all);
+            check_bytes(&in, test_builders[b], 2, &all);
             unsetenv("RT_ISA");
         }
         free(all.first);
@@ -92,12 +89,12 @@ static void test_small(void **state)
 {
     rt_context *ctx = context(1);
     (void)state;
-    for (int b = 0; b < BUILDERS; b++)
+    for (int b = 0; b < TEST_BUILDERS; b++)
         for (uint32_t n = 0; n <= 3; n++) {
             test_mesh m = {0};
             test_mesh_soup(&m, n, 0.5f, 42);
             rti_build_input in = test_input(&m);
-            rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = builders[b]});
+            rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = test_builders[b]});
             assert_int_equal(h.prim_count, n);
             assert_true(h.ref_count >= n);
             if (n == 0)
@@ -175,7 +172,8 @@ static void test_lists(void **state)
             void *chunk;
             size_t size;
             uint32_t lost = 0;
-            assert_int_equal(rti_tree_build(ctx, &in, &(rti_build_settings){.builder = builders[b]}, NULL, &chunk, &size), RT_OK);
+            assert_int_equal(rti_tree_build(ctx, &in, &(rti_build_settings){.builder = test_builders[b]}, NULL, &chunk, &size),
+                             RT_OK);
             rtk_tree tree = rti_tree_view(chunk);
             for (uint32_t t = 0; t < m.count; t++)
                 for (int k = 0; k < 16; k++) {
@@ -216,8 +214,8 @@ static void test_copies(void **state)
             test_mesh_add(&m, v[0], v[1], v[2]);
         }
         rti_build_input in = test_input(&m);
-        for (int b = 0; b < BUILDERS; b++) {
-            rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = builders[b]});
+        for (int b = 0; b < TEST_BUILDERS; b++) {
+            rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = test_builders[b]});
             assert_true(h.ref_count <= (jitter ? 170u : 17u) * (uint32_t)count);
         }
         test_mesh_free(&m);
@@ -296,7 +294,7 @@ static void test_spatial(void **state)
  * far from every other (leaves of two and three of four places, for none wants company). */
 static const struct {
     const char *name;
-    double most[BUILDERS];
+    double most[TEST_BUILDERS];
 } kept[] = {{"globe", {250.0, 250.0, 250.0, 60.0, 35.0, 120.0}}, {"soup", {250.0, 250.0, 250.0, 60.0, 35.0, 120.0}}};
 
 static void check_kept(uint32_t count)
@@ -403,8 +401,8 @@ static void test_degenerate(void **state)
     test_mesh_add(&m, inf, zero, zero);
     in.tris = m.tris;
     in.tri_count = m.count;
-    for (int b = 0; b < BUILDERS; b++)
-        build(ctx, &in, &(rti_build_settings){.builder = builders[b], .max_depth = 96});
+    for (int b = 0; b < TEST_BUILDERS; b++)
+        build(ctx, &in, &(rti_build_settings){.builder = test_builders[b], .max_depth = 96});
     test_mesh_free(&m);
     rt_context_destroy(ctx);
 }
@@ -427,8 +425,8 @@ static void test_flat(void **state)
             test_mesh_add(&m, v[0], v[1], v[2]);
         }
         rti_build_input in = test_input(&m);
-        for (int b = 0; b < BUILDERS; b++)
-            build(ctx, &in, &(rti_build_settings){.builder = builders[b]});
+        for (int b = 0; b < TEST_BUILDERS; b++)
+            build(ctx, &in, &(rti_build_settings){.builder = test_builders[b]});
         test_mesh_free(&m);
     }
     rt_context_destroy(ctx);
@@ -462,12 +460,12 @@ static void test_sizes(void **state)
     rt_context *ctx = context(1);
     (void)state;
     for (int i = 0; i < 5; i++)
-        for (int b = 0; b < BUILDERS; b++) {
+        for (int b = 0; b < TEST_BUILDERS; b++) {
             test_mesh m = {0};
             test_mesh_soup(&m, 2000, 0.1f, 42);
             test_mesh_place(&m, scales[i], 0.0f);
             rti_build_input in = test_input(&m);
-            rti_build_settings s = {.builder = builders[b]};
+            rti_build_settings s = {.builder = test_builders[b]};
             const bool usual = scales[i] < 1.0e30f && scales[i] > 1.0e-20f;
             if (usual)
                 assert_true(build(ctx, &in, &s).largest_leaf < (b < 2 ? 80 : 17)); /* of a kd-tree one that is cut into pieces */
@@ -499,15 +497,15 @@ static void test_settings(void **state)
     in = test_input(&m);
     rti_build_settings s = {
         .max_depth = 5, .cost_traverse = NAN, .cost_intersect = -1.0f, .empty_bonus = INFINITY, .duplication = 1.5f};
-    for (int b = 0; b < BUILDERS; b++) {
-        s.builder = builders[b];
+    for (int b = 0; b < TEST_BUILDERS; b++) {
+        s.builder = test_builders[b];
         rtk_tree_header got = build(ctx, &in, &s);
         assert_true(got.depth <= 5);
         assert_true(got.ref_count - (b < 2 ? got.filler_count : 0) <= 3000 * 3 / 2 + 64); /* a kd-tree has its lists twice */
     }
     s = (rti_build_settings){.max_depth = 4000000000u, .duplication = 1.0e30f};
-    for (int b = 0; b < BUILDERS; b++) {
-        s.builder = builders[b];
+    for (int b = 0; b < TEST_BUILDERS; b++) {
+        s.builder = test_builders[b];
         assert_true(build(ctx, &in, &s).depth <= 96);
     }
     assert_non_null(rti_build_preset_find("paper"));

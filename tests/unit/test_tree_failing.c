@@ -10,10 +10,6 @@
 #include "support/rays.h"
 #include "support/world.h"
 
-static const uint32_t builders[] = {RTI_BUILD_KD_EXACT, RTI_BUILD_KD_BINNED,   RTI_BUILD_OCTREE,
-                                    RTI_BUILD_BVH,      RTI_BUILD_BVH_COMPACT, RTI_BUILD_BVH_SPATIAL};
-#define BUILDERS ((int)RTI_COUNT(builders))
-
 /* Of the later allocations of a build every third fails, of each builder others, where fewer will do. */
 #define SOME 64
 #define STEP (test_fewer() ? 3 : 1)
@@ -42,21 +38,28 @@ static void *failing_allocate(void *user, void *ptr, size_t old_size, size_t new
     return realloc(ptr, new_size);
 }
 
+/* A context of one worker that allocates so, and what trees are built over. */
+static rt_context *open_failing(failing *f, test_mesh *m)
+{
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    test_mesh_soup(m, 3000, 0.1f, 42);
+    d.workers = 1;
+    d.allocate = failing_allocate;
+    d.allocate_user = f;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    return ctx;
+}
+
 static void test_allocation_failure(void **state)
 {
     test_mesh m = {0};
     failing f = {-1, 0, NULL};
-    rt_context_desc d = rt_context_desc_default();
-    rt_context *ctx;
-    (void)state;
-    test_mesh_soup(&m, 3000, 0.1f, 42);
+    rt_context *ctx = open_failing(&f, &m);
     rti_build_input in = test_input(&m);
-    d.workers = 1;
-    d.allocate = failing_allocate;
-    d.allocate_user = &f;
-    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
-    for (int b = 0; b < BUILDERS; b++) {
-        rti_build_settings s = {.builder = builders[b]};
+    (void)state;
+    for (int b = 0; b < TEST_BUILDERS; b++) {
+        rti_build_settings s = {.builder = test_builders[b]};
         for (long n = 0;; n += n < SOME + b ? 1 : STEP) {
             uint64_t before, after;
             void *chunk;
@@ -86,17 +89,11 @@ static void test_cancel(void **state)
     test_mesh m = {0};
     rti_cancel cancel;
     failing f = {-1, 0, &cancel};
-    rt_context_desc d = rt_context_desc_default();
-    rt_context *ctx;
-    (void)state;
-    test_mesh_soup(&m, 3000, 0.1f, 42);
+    rt_context *ctx = open_failing(&f, &m);
     rti_build_input in = test_input(&m);
-    d.workers = 1;
-    d.allocate = failing_allocate;
-    d.allocate_user = &f;
-    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
-    for (int b = 0; b < BUILDERS; b++) {
-        rti_build_settings s = {.builder = builders[b]};
+    (void)state;
+    for (int b = 0; b < TEST_BUILDERS; b++) {
+        rti_build_settings s = {.builder = test_builders[b]};
         long cancelled = 0;
         for (long n = 0;; n += n < SOME + b ? 1 : STEP) {
             uint64_t before, after;
