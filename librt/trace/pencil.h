@@ -143,6 +143,7 @@ typedef struct pencil {
     rtk_u32 count;              /* its rays */
     rtk_u32 again;              /* something was asked for them before, and their hits so far stand in the batch */
     rtk_u32 unread, unread_end; /* the blocks that are not loaded yet */
+    rtk_u32 mask;               /* that of all its rays */
     rtk_u32 next;               /* blocks of the next one */
     struct {
         rtk_u32 geom, first, count;
@@ -217,23 +218,35 @@ RTI_VEC float pencil_high(const float *a, rtk_u32 n)
     return packet_high(m);
 }
 
-/* Of RTI_SIMD rays from lane k on those that are valid, rtk_ray_valid, and have the mask `common`. */
-RTI_VEC rtk_u32 pencil_valid(const rtk_trace_block *b, rtk_u32 k, vec_bits common)
+/* Lanes that have a bit. */
+RTI_VEC rtk_u32 pencil_some(vec_bits a)
+{
+    vec same;
+    a = (vec_bits)(a != 0u);
+    memcpy(&same, &a, sizeof same); /* lanes of all ones are no numbers */
+    return LANES_ALL & ~VM(bits)(V(eq)(same, same));
+}
+
+/* Of RTI_SIMD rays from lane k on those that have a mask. */
+RTI_VEC rtk_u32 pencil_seeing(const rtk_trace_block *b, rtk_u32 k, rtk_u32 mask)
+{
+    vec_bits sees;
+    memcpy(&sees, b->mask + k, sizeof sees);
+    return ~pencil_some(sees ^ mask);
+}
+
+/* Of RTI_SIMD rays from lane k on those that are valid, rtk_ray_valid, and have a mask. */
+RTI_VEC rtk_u32 pencil_valid(const rtk_trace_block *b, rtk_u32 k, rtk_u32 mask)
 {
     const vec most = V(set)(3.402823466e38f);
     const vec dx = V(abs)(V(load)(b->dx + k)), dy = V(abs)(V(load)(b->dy + k)), dz = V(abs)(V(load)(b->dz + k));
     const vec longest = V(max)(V(max)(dx, dy), dz);
-    vec_bits sees;
-    vec same;
     vmask ok = V(lt)(V(load)(b->tmin + k), V(load)(b->tmax + k));
     ok = VM(and)(ok, VM(and)(V(le)(V(abs)(V(load)(b->ox + k)), most), V(le)(dx, most)));
     ok = VM(and)(ok, VM(and)(V(le)(V(abs)(V(load)(b->oy + k)), most), V(le)(dy, most)));
     ok = VM(and)(ok, VM(and)(V(le)(V(abs)(V(load)(b->oz + k)), most), V(le)(dz, most)));
     ok = VM(and)(ok, VM(and)(V(le)(V(set)(RTK_DIR_MIN), longest), V(le)(longest, V(set)(RTK_DIR_MAX))));
-    memcpy(&sees, b->mask + k, sizeof sees);
-    sees = (vec_bits)(sees == common);
-    memcpy(&same, &sees, sizeof same); /* lanes of all ones are no numbers */
-    return VM(bits)(ok) & ~VM(bits)(V(eq)(same, same));
+    return VM(bits)(ok) & pencil_seeing(b, k, mask);
 }
 
 /* Of the caller's next batch, what stands where block g of this pencil stands in this one. */
@@ -278,32 +291,33 @@ RTI_VEC void pencil_none(const rtk_trace_block *b, rtk_hit_block *hit, rtk_u32 n
     memset(hit->inst, 0xff, n * sizeof *hit->inst);
 }
 
-/* A block of rays: want[g] has those that may go, rest[g] the other valid ones. Hits are none unless something was asked before.
- */
-RTI_VEC void pencil_load_block(pencil *p, rtk_u32 mode, rtk_u32 g, uint16_t want[PENCIL], uint16_t rest[PENCIL])
+/* Block g becomes ready: hits are none unless something was asked before. Returns the rays that are asked for. */
+RTI_VEC rtk_u32 pencil_load_block(pencil *p, rtk_u32 mode, rtk_u32 g)
 {
     const rtk_trace_block *b = &p->rays[g];
-    const rtk_u32 count = p->count - g * RTK_BLOCK;
-    rtk_u32 valid = 0u, all = rtk_umin(count, RTK_BLOCK);
-    vec_bits common;
-    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
-        common[i] = p->rays[0].mask[0]; /* where it is none, no hit counts, and rays are not looked for */
-    for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD)
-        valid |= pencil_valid(b, k, common) << k;
+    const rtk_u32 count = p->count - g * RTK_BLOCK, all = rtk_umin(count, RTK_BLOCK);
     if (!(mode & RTK_MODE_ANY) && !p->again) {
         if (all == RTK_BLOCK)
             pencil_none(b, &p->hits[g], RTK_BLOCK); /* a number, so no calls */
         else
             pencil_none(b, &p->hits[g], all);
     }
-    all = (2u << (all - 1u)) - 1u;
-    if (mode & RTK_MODE_ANY) {
-        if (!p->again)
-            p->occluded[g] = 0u;
-        all &= ~(rtk_u32)p->occluded[g];
-    }
-    want[g] = (uint16_t)(common[0] != 0u ? valid & all : 0u);
-    rest[g] = (uint16_t)(all & ~(rtk_u32)want[g]);
+    const rtk_u32 asked = (2u << (all - 1u)) - 1u;
+    if (!(mode & RTK_MODE_ANY))
+        return asked;
+    if (!p->again)
+        p->occluded[g] = 0u;
+    return asked & ~(rtk_u32)p->occluded[g];
+}
+
+/* Of rays of block g: want[g] has those that may go, rest[g] the others. */
+RTI_VEC void pencil_tell_valid(pencil *p, rtk_u32 g, rtk_u32 lanes, uint16_t want[PENCIL], uint16_t rest[PENCIL])
+{
+    rtk_u32 valid = 0u;
+    for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD)
+        valid |= pencil_valid(&p->rays[g], k, p->mask) << k;
+    want[g] = (uint16_t)(p->mask != 0u ? lanes & valid : 0u); /* where it is none, no hit counts, and rays are not looked for */
+    rest[g] = (uint16_t)(rest[g] | (lanes & ~(rtk_u32)want[g]));
 }
 
 /* The first block and the last; the others are loaded when they are looked at first (pencil_gather), for the nearest cache does
@@ -313,14 +327,15 @@ RTI_VEC void pencil_load(pencil *p, rtk_u32 mode, uint16_t want[PENCIL], uint16_
     const rtk_u32 last = (p->count - 1u) / RTK_BLOCK;
     memset(want, 0, PENCIL * sizeof *want);
     memset(rest, 0, PENCIL * sizeof *rest);
-    pencil_load_block(p, mode, 0u, want, rest);
+    p->mask = p->rays[0].mask[0];
+    pencil_tell_valid(p, 0u, pencil_load_block(p, mode, 0u), want, rest);
     if (last != 0u)
-        pencil_load_block(p, mode, last, want, rest);
+        pencil_tell_valid(p, last, pencil_load_block(p, mode, last), want, rest);
     p->unread = 1u;
     p->unread_end = last;
     if (want[0] == 0u || want[last] == 0u) {
         for (rtk_u32 g = 1u; g < last; g++)
-            pencil_load_block(p, mode, g, want, rest);
+            pencil_tell_valid(p, g, pencil_load_block(p, mode, g), want, rest);
         p->unread_end = 0u;
     }
 }

@@ -13,16 +13,12 @@
 #define PENCIL_GAP   0.4f /* of a rectangle's longer side, so wide a gap may part a block */
 #define PENCIL_WORTH 0.6f /* of its sides' sum, so much the parts' are when it does */
 
-/* Lanes that are not the same bits, none of them a NaN: zeros of either sign, too. */
-RTI_VEC rtk_u32 pencil_differ(vec a, vec b)
+/* The bits of a vector. */
+RTI_VEC vec_bits pencil_raw(vec a)
 {
-    vec_bits x, y;
-    vec same;
-    memcpy(&x, &a, sizeof x);
-    memcpy(&y, &b, sizeof y);
-    x = (vec_bits)(x != y);
-    memcpy(&same, &x, sizeof same); /* lanes of all ones are no numbers */
-    return LANES_ALL & ~VM(bits)(V(eq)(same, same));
+    vec_bits bits;
+    memcpy(&bits, &a, sizeof bits);
+    return bits;
 }
 
 /* How deep bundle i looks for hits. */
@@ -171,64 +167,80 @@ typedef struct pencil_seen {
     rtk_u32 count, other; /* other: some do not start at the apex */
 } pencil_seen;
 
-/* RTI_SIMD rays of block g, from lane k on, of which `lanes` are wanted: returns those that are of the pencil; others that are
- * like them go to *rest. */
+/* RTI_SIMD rays of block g, from lane k on, of which `lanes` are wanted, all alike: returns those that are of the pencil; others go
+ * to *rest. Whether they are valid is told here: what is not is no number somewhere, or too long, or has no room for hits. */
 RTI_VEC rtk_u32 pencil_look(pencil *p, rtk_u32 mode, rtk_u32 g, rtk_u32 k, rtk_u32 lanes, float round, pencil_seen *s,
                             uint16_t *rest)
 {
     const rtk_trace_block *b = &p->rays[g];
     const float *const o[3] = {b->ox, b->oy, b->oz}, *const d[3] = {b->dx, b->dy, b->dz};
-    const vec inf = V(set)(RTK_INF), zero = V(set)(0.0f), turn = V(set)(p->turn);
+    const vec inf = V(set)(RTK_INF), turn = V(set)(p->turn);
     const vec px = V(set)(p->apex[0]), py = V(set)(p->apex[1]), pz = V(set)(p->apex[2]);
     const vec dz = V(load)(d[p->kz] + k), sx = V(load)(d[p->kx] + k) / dz, sy = V(load)(d[p->ky] + k) / dz;
     const vec ox = V(load)(o[p->kx] + k), oy = V(load)(o[p->ky] + k), oz = V(load)(o[p->kz] + k);
     const vec tmin = V(load)(b->tmin + k), tmax = V(load)((mode & RTK_MODE_ANY ? b->tmax : p->hits[g].t) + k);
-    const vec deep = turn * (oz - pz), way = V(abs)(dz), x = turn * sx, y = turn * sy;
-    const vec rx = (ox - px) + sx * (pz - oz), ry = (oy - py) + sy * (pz - oz), miss = V(max)(V(abs)(rx), V(abs)(ry));
-    const vec begin = p->away ? deep + tmin * way : deep - tmax * way, end = p->away ? deep + tmax * way : deep - tmin * way;
-    const vmask fits = VM(and)(V(le)(miss, V(set)(PENCIL_OFF * p->scale)), V(le)(V(set)(-round), begin));
-    *rest = (uint16_t)(*rest | (lanes & ~VM(bits)(fits)) << k);
-    lanes &= VM(bits)(fits);
-    const vmask in = VM(of)(lanes);
+    const vec way = V(abs)(dz), x = turn * sx, y = turn * sy, least = tmin * way, most = tmax * way;
+    const rtk_u32 other = lanes & pencil_some((pencil_raw(ox) ^ pencil_raw(px)) | (pencil_raw(oy) ^ pencil_raw(py)) |
+                                              (pencil_raw(oz) ^ pencil_raw(pz)));
+    vmask fits = VM(and)(V(lt)(tmin, tmax), VM(and)(V(le)(V(set)(RTK_DIR_MIN), way), V(le)(way, V(set)(RTK_DIR_MAX))));
+    vec begin = p->away ? least : -most, end = p->away ? most : -least;
+    if (other != 0u) {
+        const vec deep = turn * (oz - pz), off = V(set)(PENCIL_OFF * p->scale);
+        const vec rx = V(abs)((ox - px) + sx * (pz - oz)), ry = V(abs)((oy - py) + sy * (pz - oz));
+        begin = deep + begin;
+        end = deep + end;
+        fits = VM(and)(fits, VM(and)(V(le)(rx, off), V(le)(ry, off)));
+        const vec zero = V(set)(0.0f), far = V(max)(V(max)(V(abs)(ox), V(abs)(oy)), V(abs)(oz));
+        const vmask in = VM(and)(fits, VM(of)(lanes));
+        s->off = V(max)(V(select)(in, V(max)(rx, ry), zero), s->off);
+        s->most = V(max)(V(select)(in, far, zero), s->most);
+    }
+    fits = VM(and)(fits, V(le)(V(set)(-round), begin));
+    const rtk_u32 live = lanes & VM(bits)(fits) & pencil_seeing(b, k, p->mask);
+    const vmask in = VM(of)(live);
+    *rest = (uint16_t)(*rest | (lanes & ~live) << k);
     V(store)(p->slope[0][g] + k, sx);
     V(store)(p->slope[1][g] + k, sy);
     V(store)(p->to[g] + k, end);
-    s->lo[0][g] = V(min)(s->lo[0][g], V(select)(in, x, inf));
-    s->hi[0][g] = V(min)(s->hi[0][g], V(select)(in, -x, inf));
-    s->lo[1][g] = V(min)(s->lo[1][g], V(select)(in, y, inf));
-    s->hi[1][g] = V(min)(s->hi[1][g], V(select)(in, -y, inf));
-    s->from[g] = V(min)(s->from[g], V(select)(in, begin, inf));
-    s->reach[g] = V(min)(s->reach[g], V(select)(in, -end, inf));
-    s->off = V(max)(V(select)(in, miss, zero), s->off);
-    s->most = V(max)(V(select)(in, V(max)(V(max)(V(abs)(ox), V(abs)(oy)), V(abs)(oz)), zero), s->most);
-    s->other |= lanes & (pencil_differ(ox, px) | pencil_differ(oy, py) | pencil_differ(oz, pz));
-    return lanes;
+    s->lo[0][g] = V(min)(V(select)(in, x, inf), s->lo[0][g]);
+    s->hi[0][g] = V(min)(V(select)(in, -x, inf), s->hi[0][g]);
+    s->lo[1][g] = V(min)(V(select)(in, y, inf), s->lo[1][g]);
+    s->hi[1][g] = V(min)(V(select)(in, -y, inf), s->hi[1][g]);
+    s->from[g] = V(min)(V(select)(in, begin, inf), s->from[g]);
+    s->reach[g] = V(min)(V(select)(in, -end, inf), s->reach[g]);
+    s->other |= other & live;
+    return live;
 }
 
 /* Looks at all rays of `want` that are like the first of them, and takes them out. */
 RTI_VEC void pencil_gather(pencil *p, rtk_u32 mode, int down, float round, pencil_seen *s, uint16_t want[PENCIL],
                            uint16_t rest[PENCIL])
 {
-    s->off = s->most = V(set)(0.0f);
+    s->off = V(set)(0.0f);
+    s->most = V(set)(p->size);
     s->count = s->other = 0u;
     p->bundles = 0u;
     p->recorded = 0u;
     for (rtk_u32 g = 0u; g < PENCIL; g++) {
         const rtk_trace_block *b = &p->rays[g];
         const float *const d[3] = {b->dx, b->dy, b->dz};
-        rtk_u32 live = 0u;
+        const int unread = g >= p->unread && g < p->unread_end;
         pencil_expect(p, mode, g);
-        if (g >= p->unread && g < p->unread_end)
-            pencil_load_block(p, mode, g, want, rest);
+        const rtk_u32 all = unread ? pencil_load_block(p, mode, g) : want[g];
+        rtk_u32 live = 0u, left = 0u;
         s->lo[0][g] = s->hi[0][g] = s->lo[1][g] = s->hi[1][g] = s->from[g] = s->reach[g] = V(set)(RTK_INF);
         for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD) {
-            rtk_u32 lanes = (rtk_u32)want[g] >> k & LANES_ALL;
+            const rtk_u32 lanes = all >> k & LANES_ALL;
             if (lanes == 0u)
                 continue;
-            lanes &= pencil_alike(p, V(load)(d[p->kx] + k), V(load)(d[p->ky] + k), V(load)(d[p->kz] + k), down);
-            want[g] = (uint16_t)(want[g] & ~(lanes << k));
-            live |= pencil_look(p, mode, g, k, lanes, round, s, &rest[g]) << k;
+            const rtk_u32 like =
+                lanes & pencil_alike(p, V(load)(d[p->kx] + k), V(load)(d[p->ky] + k), V(load)(d[p->kz] + k), down);
+            left |= (lanes & ~like) << k;
+            live |= pencil_look(p, mode, g, k, like, round, s, &rest[g]) << k;
         }
+        want[g] = (uint16_t)left;
+        if (unread && left != 0u)
+            pencil_tell_valid(p, g, left, want, rest);
         p->live[g] = (uint16_t)live;
         p->block[g] = (uint8_t)g;
         p->bundles |= (pencil_bits)(live != 0u) << g;

@@ -118,6 +118,39 @@ static point pixel(const test_targets *t, const point *apex, uint32_t i)
     return p;
 }
 
+/* Makes a ray invalid, in turn by each of what rtk_ray_valid asks for, among rays that are of a pencil. */
+static void spoil(rtk_trace_block *b, uint32_t k, uint32_t how)
+{
+    float *const org[3] = {b->ox, b->oy, b->oz}, *const dir[3] = {b->dx, b->dy, b->dz};
+    const uint32_t axis = how % 3u;
+    switch (how / 3u % 9u) {
+    case 0:
+        org[axis][k] = NAN;
+        break;
+    case 1:
+        org[axis][k] = -RTK_INF;
+        break;
+    case 2:
+        dir[axis][k] = RTK_INF;
+        break;
+    case 3:
+        b->tmin[k] = b->tmax[k];
+        break;
+    case 4:
+        b->tmax[k] = NAN;
+        break;
+    case 5:
+        b->tmin[k] = NAN;
+        break;
+    case 6:
+        dir[axis][k] = NAN;
+        break;
+    default: /* along the line that it was on, but too short, or too long */
+        for (uint32_t a = 0; a < 3; a++)
+            dir[a][k] *= axis == 0u ? 0.0f : (axis == 1u ? 1e-33f : 1e33f);
+    }
+}
+
 /* So far behind their eye some rays begin, and end as far before it. */
 static double behind_eye;
 
@@ -180,10 +213,8 @@ static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t ro
             b->mask[k] = i % 2 ? 0u : 1u;
         if (round % 5 == 4 && (i + 16) % tile < 32) /* the first block of a tile, and the last, have no rays to guess by */
             b->dz[k] = NAN;
-        if (i % 101 == 100)
-            b->dx[k] = NAN;
-        if (i % 103 == 102)
-            b->dx[k] = b->dy[k] = b->dz[k] = 0.0f;
+        if (i % 101 == 100 || i % 103 == 102)
+            spoil(b, k, round + i / 101);
     }
 }
 
