@@ -11,6 +11,7 @@
 #define PENCIL_LEAST 1e-12f         /* scales that products of two coordinates are far from underflow and overflow with */
 #define PENCIL_MOST  1e12f
 #define PENCIL_GAP   0.4f /* of a rectangle's longer side, so wide a gap may part a block */
+#define PENCIL_LONG  3.0f /* so much longer than the least rectangle of a pencil is one that is looked at for gaps */
 #define PENCIL_WORTH 0.6f /* of its sides' sum, so much the parts' are when it does */
 
 /* The bits of a vector. */
@@ -61,6 +62,12 @@ RTI_VEC void pencil_rect(const pencil *p, pencil_rects *r, rtk_u32 i)
     }
 }
 
+/* The longer side of a bundle's rectangle. */
+RTI_VEC float pencil_side(const pencil_rects *r, rtk_u32 i)
+{
+    return rtk_max(r->high[0][i] - r->low[0][i], r->high[1][i] - r->low[1][i]);
+}
+
 /* Of a block's lanes, which are rays of bundle i, where they are on the longer side of its rectangle, those under the middle of
  * that (returned), less the greatest of these and the least of the others, a lane a ray, infinite without one. */
 RTI_VEC rtk_u32 pencil_gap(const pencil *p, const pencil_rects *r, rtk_u32 i, vec *under, vec *over)
@@ -87,7 +94,7 @@ RTI_APART int pencil_cut(pencil *p, rtk_u32 mode, pencil_rects *r, rtk_u32 i, rt
     const rtk_u32 all = p->live[i];
     vec less, more;
     const rtk_u32 under = pencil_gap(p, r, i, &less, &more);
-    if (under == 0u || under == all || !(packet_low(more) + packet_low(less) > PENCIL_GAP * rtk_max(x, y)))
+    if (under == 0u || under == all || !(packet_low(more) + packet_low(less) > PENCIL_GAP * pencil_side(r, i)))
         return 0;
     const float was[2][2] = {{r->low[0][i], r->high[0][i]}, {r->low[1][i], r->high[1][i]}};
     p->block[n] = p->block[i];
@@ -112,24 +119,50 @@ RTI_APART int pencil_cut(pencil *p, rtk_u32 mode, pencil_rects *r, rtk_u32 i, rt
     return 1;
 }
 
+/* Blocks that may lie apart, a bit each: those whose rectangles are far longer than the least, unless that block's rays do. */
+RTI_VEC rtk_u32 pencil_long(const pencil *p, const pencil_rects *r)
+{
+    rtk_u32 least = PENCIL, some = 0u;
+    float from = 0.0f;
+    for (rtk_u32 g = 0u; g < PENCIL; g++)
+        if (p->live[g] == 0xffffu && (least == PENCIL || pencil_side(r, g) < pencil_side(r, least)))
+            least = g;
+    if (least < PENCIL) {
+        vec under, over;
+        const rtk_u32 low = pencil_gap(p, r, least, &under, &over);
+        const float side = pencil_side(r, least);
+        if (low == 0u || low == 0xffffu || !(packet_low(over) + packet_low(under) > PENCIL_GAP * side))
+            from = PENCIL_LONG * side;
+    }
+    for (rtk_u32 g = 0u; g < PENCIL; g++)
+        some |= (rtk_u32)(p->live[g] != 0u && pencil_side(r, g) > from) << g;
+    return some;
+}
+
 /* Blocks whose rays lie apart, because they start on what does, become two bundles or more. */
 RTI_APART void pencil_part(pencil *p, rtk_u32 mode, pencil_rects *r)
 {
+    const rtk_u32 some = pencil_long(p, r);
     vec under[PENCIL], over[PENCIL];
     _Alignas(64) float less[PENCIL], more[PENCIL];
     rtk_u32 n = PENCIL;
-    for (rtk_u32 g = 0u; g < PENCIL; g++)
-        pencil_gap(p, r, g, &under[g], &over[g]);
+    if (some == 0u)
+        return;
+    for (rtk_u32 g = 0u; g < PENCIL; g++) {
+        under[g] = over[g] = V(set)(RTK_INF);
+        if (some >> g & 1u)
+            pencil_gap(p, r, g, &under[g], &over[g]);
+    }
     pencil_lows(under, less);
     pencil_lows(over, more);
     for (rtk_u32 i = 0u; i < n && n < BUNDLES; i++) {
-        if (!(p->bundles >> i & 1u) || (i < PENCIL && !(more[i] + less[i] > PENCIL_GAP * rtk_max(r->high[0][i] - r->low[0][i],
-                                                                                                 r->high[1][i] - r->low[1][i]))))
+        if (i < PENCIL && (!(some >> i & 1u) || !(more[i] + less[i] > PENCIL_GAP * pencil_side(r, i))))
             continue;
         while (n < BUNDLES && pencil_cut(p, mode, r, i, n))
             n++;
     }
-    for (rtk_u32 i = n; i < BUNDLES; i++) {
+    p->end = (n + RTI_SIMD - 1u) / RTI_SIMD * RTI_SIMD;
+    for (rtk_u32 i = n; i < p->end; i++) {
         p->live[i] = 0u;
         p->block[i] = 0u;
         p->reach[i] = -RTK_INF;
@@ -137,7 +170,6 @@ RTI_APART void pencil_part(pencil *p, rtk_u32 mode, pencil_rects *r)
         r->low[0][i] = r->low[1][i] = RTK_INF;
         r->high[0][i] = r->high[1][i] = -RTK_INF;
     }
-    p->end = (n + RTI_SIMD - 1u) / RTI_SIMD * RTI_SIMD;
 }
 
 /* What walks ask of the rectangles. */
