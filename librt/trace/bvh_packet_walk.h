@@ -76,16 +76,13 @@ RTI_VEC rtk_u32 packet_doubt(const tri_ray *r, rtk_u32 mode, vec best, const flo
     }
     if (left != 0u) { /* of copies: what has its address taken is in no register */
         const tri_ray rays = *r;
-        const vec b0[3] = {V(set)(c[0][0]), V(set)(c[0][1]), V(set)(c[0][2])};
-        const vec b1[3] = {V(set)(c[1][0]), V(set)(c[1][1]), V(set)(c[1][2])};
-        const vec b2[3] = {V(set)(c[2][0]), V(set)(c[2][1]), V(set)(c[2][2])};
         tri_hit more = *hit;
         const rtk_u32 sure = left & hit->certain;
         if (left != sure)
             left = sure | packet_settle(&rays, best, mode, left & ~sure, c[0], c[1], c[2], &more.hit);
         if (left != 0u) {
             const vec x = V(load)(dx), y = V(load)(dy);
-            left = tri_exact(&rays, &x, &y, b0, b1, b2, left, &more);
+            left = tri_exact_one(&rays, &x, &y, c, left, &more);
         }
         *hit = more;
     }

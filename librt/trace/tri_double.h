@@ -40,10 +40,30 @@ typedef float double_half __attribute__((vector_size(DOUBLE_N * sizeof(float))))
 #define DOUBLE_OFF_QUOTIENT 4.5474735e-13 /* 2^-41 */
 #define DOUBLE_GRAZES       9.3132257e-10 /* 2^-30: of the plane's denominator, below which a bound of it is no bound */
 
+/* Of a triangle's plane: a corner, the normal, and of each of its components the sizes of what it is the difference of. */
+typedef struct double_plane {
+    double at[3], n[3], s[3];
+} double_plane;
+
+RTI_VEC double_plane double_plane_of(const float c[3][3])
+{
+    double_plane p;
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const rtk_u32 y = k == 2u ? 0u : k + 1u, z = y == 2u ? 0u : y + 1u;
+        const double ey = (double)c[1][y] - c[0][y], ez = (double)c[1][z] - c[0][z];
+        const double fy = (double)c[2][y] - c[0][y], fz = (double)c[2][z] - c[0][z], yz = ey * fz, zy = ez * fy;
+        p.at[k] = c[0][k];
+        p.n[k] = yz - zy;
+        p.s[k] = __builtin_fabs(yz) + __builtin_fabs(zy);
+    }
+    return p;
+}
+
 /* Of `lanes`, which tri_test doubts, decides those that it can: adds what hits to *hit, and returns the others. edges: those of
- * them that start or end on an edge. dx, dy: the directions in the rays' order of axes; v0, v1, v2: the corners in it. */
+ * them that start or end on an edge. dx, dy: the directions in the rays' order of axes; v0, v1, v2: the corners in it; c: the same
+ * of all lanes, whose plane is then found once (of what this takes a fifth), or NULL. */
 RTI_VEC rtk_u32 tri_double(const tri_ray *r, const vec *dx, const vec *dy, const vec v0[3], const vec v1[3], const vec v2[3],
-                           rtk_u32 lanes, tri_hit *hit, rtk_u32 *edges)
+                           const float c[3][3], rtk_u32 lanes, tri_hit *hit, rtk_u32 *edges)
 {
     enum { AX, AY, AZ, BX, BY, BZ, CX, CY, CZ, MX, MY, SCALE, OX, OY, OZ, PX, PY, PZ, QX, QY, QZ, RX, RY, RZ, DX, DY, DZ, COUNT };
     enum { B_LOW, B_HIGH, C_LOW, C_HIGH, Z_LOW, Z_HIGH, P_LOW, P_HIGH, KNOWN, RESULTS };
@@ -65,8 +85,13 @@ RTI_VEC rtk_u32 tri_double(const tri_ray *r, const vec *dx, const vec *dy, const
     IN(AX, ax), IN(AY, ay), IN(AZ, az), IN(BX, bx), IN(BY, by), IN(BZ, bz), IN(CX, cx), IN(CY, cy), IN(CZ, cz);
     IN(MX, mx), IN(MY, my), IN(SCALE, r->scale), IN(OX, r->ox), IN(OY, r->oy), IN(OZ, r->oz);
     IN(DX, *dx), IN(DY, *dy), IN(DZ, r->kdz);
-    IN(PX, v0[0]), IN(PY, v0[1]), IN(PZ, v0[2]), IN(QX, v1[0]), IN(QY, v1[1]), IN(QZ, v1[2]);
-    IN(RX, v2[0]), IN(RY, v2[1]), IN(RZ, v2[2]);
+    double_plane of_all = {{0.0}, {0.0}, {0.0}};
+    if (c) {
+        of_all = double_plane_of(c);
+    } else {
+        IN(PX, v0[0]), IN(PY, v0[1]), IN(PZ, v0[2]), IN(QX, v1[0]), IN(QY, v1[1]), IN(QZ, v1[2]);
+        IN(RX, v2[0]), IN(RY, v2[1]), IN(RZ, v2[2]);
+    }
 #undef IN
     for (rtk_u32 at = 0u; at < RTI_SIMD && fit >> at != 0u; at += DOUBLE_N) { /* lanes behind the last hold anything */
         double_half half;
@@ -85,35 +110,44 @@ RTI_VEC rtk_u32 tri_double(const tri_ray *r, const vec *dx, const vec *dy, const
         X(xm, MX);
         X(ym, MY);
         const double_vec u = xc * yb - yc * xb, v = xa * yc - ya * xc, w = xb * ya - yb * xa, size = xm * ym;
-        const double_vec det = u + v + w, inv = 1.0 / det, b = v * inv, c = w * inv;
+        const double_vec det = u + v + w, inv = 1.0 / det, weight_b = v * inv, weight_c = w * inv;
         double_mask known = (DOUBLE_ABS(det) > DOUBLE_LEAST_DET * size) & (DOUBLE_ABS(v) > DOUBLE_LEAST_WEIGHT * size) &
                             (DOUBLE_ABS(w) > DOUBLE_LEAST_WEIGHT * size);
-        OUT(B_LOW, b * (1.0 - DOUBLE_OFF_B));
-        OUT(B_HIGH, b * (1.0 + DOUBLE_OFF_B));
-        OUT(C_LOW, c * (1.0 - DOUBLE_OFF_B));
-        OUT(C_HIGH, c * (1.0 + DOUBLE_OFF_B));
+        OUT(B_LOW, weight_b * (1.0 - DOUBLE_OFF_B));
+        OUT(B_HIGH, weight_b * (1.0 + DOUBLE_OFF_B));
+        OUT(C_LOW, weight_c * (1.0 - DOUBLE_OFF_B));
+        OUT(C_HIGH, weight_c * (1.0 + DOUBLE_OFF_B));
         X(za, AZ);
         X(zb, BZ);
         X(zc, CZ);
-        const double_vec along_b = b * (zb - za), along_c = c * (zc - za), z = za + (along_b + along_c);
+        const double_vec along_b = weight_b * (zb - za), along_c = weight_c * (zc - za), z = za + (along_b + along_c);
         const double_vec depth = DOUBLE_ABS(za) + (DOUBLE_ABS(along_b) + DOUBLE_ABS(along_c)), off_z = DOUBLE_OFF_Z * depth;
         known &= depth > DOUBLE_LEAST_DEPTH;
         OUT(Z_LOW, z - off_z);
         OUT(Z_HIGH, z + off_z);
-        X(px, PX);
-        X(py, PY);
-        X(pz, PZ);
-        X(qx, QX);
-        X(qy, QY);
-        X(qz, QZ);
-        X(rx, RX);
-        X(ry, RY);
-        X(rz, RZ);
-        const double_vec ex = qx - px, ey = qy - py, ez = qz - pz, fx = rx - px, fy = ry - py, fz = rz - pz;
-        const double_vec yz = ey * fz, zy = ez * fy, zx = ez * fx, xz = ex * fz, xy = ex * fy, yx = ey * fx;
-        const double_vec nx = yz - zy, ny = zx - xz, nz = xy - yx;
-        const double_vec sx = DOUBLE_ABS(yz) + DOUBLE_ABS(zy), sy = DOUBLE_ABS(zx) + DOUBLE_ABS(xz);
-        const double_vec sz = DOUBLE_ABS(xy) + DOUBLE_ABS(yx);
+        double_vec px, py, pz, nx, ny, nz, sx, sy, sz;
+        if (c) {
+#define ALL(of) ((of) - (double_vec){0.0})
+            px = ALL(of_all.at[0]), py = ALL(of_all.at[1]), pz = ALL(of_all.at[2]);
+            nx = ALL(of_all.n[0]), ny = ALL(of_all.n[1]), nz = ALL(of_all.n[2]);
+            sx = ALL(of_all.s[0]), sy = ALL(of_all.s[1]), sz = ALL(of_all.s[2]);
+#undef ALL
+        } else {
+            X(p0, PX);
+            X(p1, PY);
+            X(p2, PZ);
+            X(qx, QX);
+            X(qy, QY);
+            X(qz, QZ);
+            X(rx, RX);
+            X(ry, RY);
+            X(rz, RZ);
+            const double_vec ex = qx - p0, ey = qy - p1, ez = qz - p2, fx = rx - p0, fy = ry - p1, fz = rz - p2;
+            const double_vec yz = ey * fz, zy = ez * fy, zx = ez * fx, xz = ex * fz, xy = ex * fy, yx = ey * fx;
+            px = p0, py = p1, pz = p2;
+            nx = yz - zy, ny = zx - xz, nz = xy - yx;
+            sx = DOUBLE_ABS(yz) + DOUBLE_ABS(zy), sy = DOUBLE_ABS(zx) + DOUBLE_ABS(xz), sz = DOUBLE_ABS(xy) + DOUBLE_ABS(yx);
+        }
         X(ox, OX);
         X(oy, OY);
         X(oz, OZ);
@@ -137,19 +171,19 @@ RTI_VEC rtk_u32 tri_double(const tri_ray *r, const vec *dx, const vec *dy, const
 #undef X
 #undef OUT
     }
-    const vec b = V(load)(to[B_LOW]), c = V(load)(to[C_LOW]), z = V(load)(to[Z_LOW]), p = V(load)(to[P_LOW]), plane = p * r->kdz;
+    const vec wb = V(load)(to[B_LOW]), wc = V(load)(to[C_LOW]), z = V(load)(to[Z_LOW]), p = V(load)(to[P_LOW]), plane = p * r->kdz;
     const vec close = V(set)(RTK_TRI_PLANE) * r->scale; /* as rtk_tri_exact has it */
     const rtk_u32 at_low = VM(bits)(V(le)(V(abs)(plane - z), close));
     const rtk_u32 at_high = VM(bits)(V(le)(V(abs)(plane - V(load)(to[Z_HIGH])), close));
     const rtk_u32 by_plane = at_low & at_high, by_z = ~(at_low | at_high) & VM(bits)(V(eq)(z, V(load)(to[Z_HIGH])));
     const rtk_u32 known = fit & (by_plane | by_z) & VM(bits)(V(lt)(zero, V(load)(to[KNOWN]))) &
-                          VM(bits)(V(eq)(b, V(load)(to[B_HIGH]))) & VM(bits)(V(eq)(c, V(load)(to[C_HIGH]))) &
+                          VM(bits)(V(eq)(wb, V(load)(to[B_HIGH]))) & VM(bits)(V(eq)(wc, V(load)(to[C_HIGH]))) &
                           VM(bits)(V(eq)(p, V(load)(to[P_HIGH])));
     const vec t = r->tshift + V(select)(VM(of)(by_plane), plane, z) / r->kdz;
     const rtk_u32 good = known & VM(bits)(V(lt)(r->tmin, t)) & VM(bits)(V(lt)(t, r->tmax));
     hit->t = V(select)(VM(of)(good), t, hit->t);
-    hit->u = V(select)(VM(of)(good), V(min)(b, one), hit->u);
-    hit->v = V(select)(VM(of)(good), V(min)(c, one), hit->v);
+    hit->u = V(select)(VM(of)(good), V(min)(wb, one), hit->u);
+    hit->v = V(select)(VM(of)(good), V(min)(wc, one), hit->v);
     hit->hit |= good;
     return lanes & ~known;
 }

@@ -147,7 +147,21 @@ __attribute__((noinline, unused)) static rtk_u32 tri_exact(const tri_ray *r, con
                                                            const vec v1[3], const vec v2[3], rtk_u32 lanes, tri_hit *hit)
 {
     rtk_u32 edges = 0u;
-    lanes = tri_double(r, dx, dy, v0, v1, v2, lanes, hit, &edges) & ~edges;
+    lanes = tri_double(r, dx, dy, v0, v1, v2, NULL, lanes, hit, &edges) & ~edges;
+    if (__builtin_expect(lanes != 0u, 0))
+        tri_wide(r, dx, dy, v0, v1, v2, lanes, hit);
+    return edges;
+}
+
+/* The same of one triangle. c: its corners in the rays' order of axes. */
+__attribute__((noinline, unused)) static rtk_u32 tri_exact_one(const tri_ray *r, const vec *dx, const vec *dy, const float c[3][3],
+                                                               rtk_u32 lanes, tri_hit *hit)
+{
+    const vec v0[3] = {V(set)(c[0][0]), V(set)(c[0][1]), V(set)(c[0][2])};
+    const vec v1[3] = {V(set)(c[1][0]), V(set)(c[1][1]), V(set)(c[1][2])};
+    const vec v2[3] = {V(set)(c[2][0]), V(set)(c[2][1]), V(set)(c[2][2])};
+    rtk_u32 edges = 0u;
+    lanes = tri_double(r, dx, dy, v0, v1, v2, c, lanes, hit, &edges) & ~edges;
     if (__builtin_expect(lanes != 0u, 0))
         tri_wide(r, dx, dy, v0, v1, v2, lanes, hit);
     return edges;

@@ -139,16 +139,25 @@ uint32_t RTI_ISA_FN(probe_double)(const rtk_pray *rays, const rtk_tri *tris, pro
     const tri_ray r = load_pairs(rays, tris, in);
     memset(&hit, 0, sizeof hit);
     rtk_u32 doubt = tri_test(&r, in + 12, in + 15, in + 18, LANES_ALL, &hit) != 0u ? hit.doubt : 0u, edges = 0u, left;
-    left = tri_double(&r, &in[9], &in[10], in + 12, in + 15, in + 18, doubt, &hit, &edges);
+    left = tri_double(&r, &in[9], &in[10], in + 12, in + 15, in + 18, NULL, doubt, &hit, &edges);
     for (rtk_u32 i = 0u; i < RTI_SIMD; i++) {
         const rti_tri_pair pair = pair_of(&r, i);
-        const float c0[3] = {in[12][i], in[13][i], in[14][i]}, c1[3] = {in[15][i], in[16][i], in[17][i]};
-        const float c2[3] = {in[18][i], in[19][i], in[20][i]}, many[3] = {hit.t[i], hit.u[i], hit.v[i]};
+        const float c[3][3] = {
+            {in[12][i], in[13][i], in[14][i]}, {in[15][i], in[16][i], in[17][i]}, {in[18][i], in[19][i], in[20][i]}};
+        const float many[3] = {hit.t[i], hit.u[i], hit.v[i]};
+        const rtk_u32 lane = doubt & 1u << i;
         float one[3];
-        const rtk_u32 good = (rtk_u32)tri_double_one(&pair, in[9][i], in[10][i], c0, c1, c2, one);
+        rtk_u32 edge = 0u, good = (rtk_u32)tri_double_one(&pair, in[9][i], in[10][i], c[0], c[1], c[2], one);
         out[i].doubt = (int)((left & ~edges) >> i & 1u);
-        out[i].hit =
-            (doubt >> i & 1u) != 0u && (good != (hit.hit >> i & 1u) || (good != 0u && memcmp(one, many, sizeof one) != 0));
+        out[i].hit = lane != 0u && (good != (hit.hit >> i & 1u) || (good != 0u && memcmp(one, many, sizeof one) != 0));
+        if (lane == 0u)
+            continue;
+        tri_hit of_one = hit; /* where all lanes' triangle is one */
+        of_one.hit = 0u;
+        const rtk_u32 behind = tri_double(&r, &in[9], &in[10], in + 12, in + 15, in + 18, c, lane, &of_one, &edge);
+        const float same[3] = {of_one.t[i], of_one.u[i], of_one.v[i]};
+        out[i].hit |= behind != (left & lane) || edge != (edges & lane) || of_one.hit != (hit.hit & lane) ||
+                      memcmp(same, many, sizeof same) != 0;
     }
     return (uint32_t)__builtin_popcount(doubt & ~edges);
 }
