@@ -369,13 +369,4 @@ RTI_VEC void stream_met(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rt
         stream_take(a, s, l, mode, place, t[i], u[i], v[i]);
 }
 
-/* Lanes of numbers that are not 0. */
-RTI_VEC rtk_u32 stream_some(vec_bits a)
-{
-    const vec_bits none = (vec_bits)(a == 0u);
-    vec x;
-    memcpy(&x, &none, sizeof x); /* lanes of all ones are no numbers */
-    return VM(bits)(V(eq)(x, x));
-}
-
 #endif

@@ -124,7 +124,7 @@ RTI_VEC rtk_u32 stream_late(streams *a, const stream *s, rtk_u32 mode, int aside
         const vec late = rti_f16_fourths((const float *)(const void *)&s->hit[i].late), t = rti_f16_fourths(&s->hit[i].t);
         vec_bits place;
         memcpy(&place, &late, sizeof place);
-        rtk_u32 bits = stream_some(place ^ RTK_INVALID);
+        rtk_u32 bits = packet_some(place ^ RTK_INVALID);
         if (aside)
             bits &= VM(bits)(V(lt)(t, V(load)(mode & STREAM_MOVED ? s->far + i : s->wide[i / 16u][7])));
         if (s->n - i < 16u)

@@ -296,7 +296,7 @@ RTI_VEC rtk_u32 stream_load(streams *a, rtk_u32 mode, rtk_u32 number, rtk_u32 co
     rtk_u32 lanes, far;
     packet_rays_load(&from, b, k);
     memcpy(&sees, b->mask + k, sizeof sees);
-    lanes = from.valid & stream_some(sees);
+    lanes = from.valid & packet_some(sees);
     if (count < RTI_SIMD)
         lanes &= (1u << count) - 1u;
     r.t = from.tmax;

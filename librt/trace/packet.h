@@ -61,6 +61,15 @@ typedef int32_t vec_whole __attribute__((vector_size(RTI_SIMD * sizeof(int32_t))
 typedef uint32_t vec_bits __attribute__((vector_size(RTI_SIMD * sizeof(uint32_t))));
 typedef uint16_t vec_short __attribute__((vector_size(RTI_SIMD * sizeof(uint16_t))));
 
+/* Lanes of numbers that are not 0. */
+RTI_VEC rtk_u32 packet_some(vec_bits a)
+{
+    const vec_bits none = (vec_bits)(a == 0u);
+    vec x;
+    memcpy(&x, &none, sizeof x); /* lanes of all ones are no numbers */
+    return VM(bits)(V(eq)(x, x));
+}
+
 /* Numbers of lanes, and the words at which their records begin. */
 #define LANES_BY(n)                                                                                                             \
     {                                                                                                                           \

@@ -96,7 +96,7 @@ typedef struct pencil {
     pencil_ways ways[2];
     uint16_t live[BUNDLES];
     uint8_t block[BUNDLES];
-    rtk_u32 end;     /* bundles that are looked at: PENCIL, or BUNDLES */
+    rtk_u32 end;     /* bundles that are looked at: whole vectors from PENCIL to BUNDLES of them */
     pencil_bits bundles; /* those with rays, a bit each */
     /* Of all of them. */
     rtk_u32 kx, ky, kz;
@@ -109,7 +109,7 @@ typedef struct pencil {
     rtk_u32 away;                   /* rays run from the apex, not to it */
     rtk_u32 one;                    /* all rays start at the apex exactly */
     pencil_bits changed;            /* closest hits: bundles whose reach is to be found anew */
-    float far, size;      /* greatest coordinates of origins, and of the apex */
+    float far, size;      /* greatest coordinates of origins and apex, and of the apex */
     float off, least;     /* greatest distance of a line from the apex; least depth of an origin */
     float scale;          /* of the largest part */
     float margin;         /* off + 64 u (P + S) with it: of depths, which one part finds and the next one keeps to */
@@ -218,21 +218,12 @@ RTI_VEC float pencil_high(const float *a, rtk_u32 n)
     return packet_high(m);
 }
 
-/* Lanes that have a bit. */
-RTI_VEC rtk_u32 pencil_some(vec_bits a)
-{
-    vec same;
-    a = (vec_bits)(a != 0u);
-    memcpy(&same, &a, sizeof same); /* lanes of all ones are no numbers */
-    return LANES_ALL & ~VM(bits)(V(eq)(same, same));
-}
-
 /* Of RTI_SIMD rays from lane k on those that have a mask. */
 RTI_VEC rtk_u32 pencil_seeing(const rtk_trace_block *b, rtk_u32 k, rtk_u32 mask)
 {
     vec_bits sees;
     memcpy(&sees, b->mask + k, sizeof sees);
-    return ~pencil_some(sees ^ mask);
+    return LANES_ALL & ~packet_some(sees ^ mask);
 }
 
 /* Of RTI_SIMD rays from lane k on those that are valid, rtk_ray_valid, and have a mask. */

@@ -119,7 +119,8 @@ RTI_APART int pencil_cut(pencil *p, rtk_u32 mode, pencil_rects *r, rtk_u32 i, rt
     return 1;
 }
 
-/* Blocks that may lie apart, a bit each: those whose rectangles are far longer than the least, unless that block's rays do. */
+/* Blocks that may lie apart, a bit each: those whose rectangles are far longer than the least of a block all of whose rays walk,
+ * unless that block's rays do; without such a block, all. */
 RTI_VEC rtk_u32 pencil_long(const pencil *p, const pencil_rects *r)
 {
     rtk_u32 least = PENCIL, some = 0u;
@@ -193,44 +194,49 @@ RTI_VEC void pencil_bounds(pencil *p, const pencil_rects *r)
 }
 
 /* What is found of rays while they are looked at: the least of slopes, and of less the slopes, times turn, of where they begin,
- * and of less where they end, a lane a ray of each block; how far they are from the apex and from 0; how many they are. */
+ * and of less where they end, a lane a ray of each block; how far their lines are from the apex, how far they and it are from 0;
+ * how many they are. */
 typedef struct pencil_seen {
     vec lo[2][PENCIL], hi[2][PENCIL], from[PENCIL], reach[PENCIL], off, most;
     rtk_u32 count, other; /* other: some do not start at the apex */
 } pencil_seen;
 
 /* RTI_SIMD rays of block g, from lane k on, of which `lanes` are wanted, all alike: returns those that are of the pencil; others go
- * to *rest. Whether they are valid is told here: what is not is no number somewhere, or too long, or has no room for hits. */
+ * to *rest. Whether they are valid, rtk_ray_valid, is told here, too: no component of alike ones is greater than |dz|, and the line
+ * of an origin that is not finite is not near the apex. (Rays that start at an apex that is not finite end all of it: pencil_begin
+ * asks how far they are from 0.) */
 RTI_VEC rtk_u32 pencil_look(pencil *p, rtk_u32 mode, rtk_u32 g, rtk_u32 k, rtk_u32 lanes, float round, pencil_seen *s,
                             uint16_t *rest)
 {
     const rtk_trace_block *b = &p->rays[g];
     const float *const o[3] = {b->ox, b->oy, b->oz}, *const d[3] = {b->dx, b->dy, b->dz};
-    const vec inf = V(set)(RTK_INF), turn = V(set)(p->turn);
+    const vec inf = V(set)(RTK_INF), zero = V(set)(0.0f), turn = V(set)(p->turn);
     const vec px = V(set)(p->apex[0]), py = V(set)(p->apex[1]), pz = V(set)(p->apex[2]);
     const vec dz = V(load)(d[p->kz] + k), sx = V(load)(d[p->kx] + k) / dz, sy = V(load)(d[p->ky] + k) / dz;
     const vec ox = V(load)(o[p->kx] + k), oy = V(load)(o[p->ky] + k), oz = V(load)(o[p->kz] + k);
     const vec tmin = V(load)(b->tmin + k), tmax = V(load)((mode & RTK_MODE_ANY ? b->tmax : p->hits[g].t) + k);
     const vec way = V(abs)(dz), x = turn * sx, y = turn * sy, least = tmin * way, most = tmax * way;
-    const rtk_u32 other = lanes & pencil_some((pencil_raw(ox) ^ pencil_raw(px)) | (pencil_raw(oy) ^ pencil_raw(py)) |
+    const rtk_u32 other = lanes & packet_some((pencil_raw(ox) ^ pencil_raw(px)) | (pencil_raw(oy) ^ pencil_raw(py)) |
                                               (pencil_raw(oz) ^ pencil_raw(pz)));
     vmask fits = VM(and)(V(lt)(tmin, tmax), VM(and)(V(le)(V(set)(RTK_DIR_MIN), way), V(le)(way, V(set)(RTK_DIR_MAX))));
-    vec begin = p->away ? least : -most, end = p->away ? most : -least;
-    if (other != 0u) {
-        const vec deep = turn * (oz - pz), off = V(set)(PENCIL_OFF * p->scale);
+    vec begin = p->away ? least : -most, end = p->away ? most : -least, off = zero, far = zero;
+    if (other != 0u) { /* some do not start at the apex */
+        const vec deep = turn * (oz - pz), limit = V(set)(PENCIL_OFF * p->scale);
         const vec rx = V(abs)((ox - px) + sx * (pz - oz)), ry = V(abs)((oy - py) + sy * (pz - oz));
         begin = deep + begin;
         end = deep + end;
-        fits = VM(and)(fits, VM(and)(V(le)(rx, off), V(le)(ry, off)));
-        const vec zero = V(set)(0.0f), far = V(max)(V(max)(V(abs)(ox), V(abs)(oy)), V(abs)(oz));
-        const vmask in = VM(and)(fits, VM(of)(lanes));
-        s->off = V(max)(V(select)(in, V(max)(rx, ry), zero), s->off);
-        s->most = V(max)(V(select)(in, far, zero), s->most);
+        fits = VM(and)(fits, VM(and)(V(le)(rx, limit), V(le)(ry, limit)));
+        off = V(max)(rx, ry);
+        far = V(max)(V(max)(V(abs)(ox), V(abs)(oy)), V(abs)(oz));
     }
     fits = VM(and)(fits, V(le)(V(set)(-round), begin));
     const rtk_u32 live = lanes & VM(bits)(fits) & pencil_seeing(b, k, p->mask);
     const vmask in = VM(of)(live);
     *rest = (uint16_t)(*rest | (lanes & ~live) << k);
+    if (other != 0u) {
+        s->off = V(max)(V(select)(in, off, zero), s->off);
+        s->most = V(max)(V(select)(in, far, zero), s->most);
+    }
     V(store)(p->slope[0][g] + k, sx);
     V(store)(p->slope[1][g] + k, sy);
     V(store)(p->to[g] + k, end);

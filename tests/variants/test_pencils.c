@@ -209,8 +209,14 @@ static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t ro
         const uint32_t k = i % RTK_BLOCK;
         if (i % 67 == 66)
             b->oy[k] += 1e-3f * t->extent;
-        if (i % 97 == 96)
+        if (i % 97 == 96) {
             b->mask[k] = i % 2 ? 0u : 1u;
+            if (way == EYE && round % 2) { /* what is not of a pencil says nothing of where its rays begin */
+                b->ox[k] -= 100.0f * b->dx[k];
+                b->oy[k] -= 100.0f * b->dy[k];
+                b->oz[k] -= 100.0f * b->dz[k];
+            }
+        }
         if (round % 5 == 4 && (i + 16) % tile < 32) /* the first block of a tile, and the last, have no rays to guess by */
             b->dz[k] = NAN;
         if (i % 101 == 100 || i % 103 == 102)
