@@ -13,10 +13,12 @@
  * one. */
 #define PENCIL_RAYS_OF_LEAVES 4u
 #define PENCIL_RAYS_A_LEAF    (RTI_SIMD >= 16 ? 12u : (RTI_SIMD >= 8 ? 6u : 4u))
-#define PENCIL_APART(mode)    ((mode)&RTK_MODE_ANY ? 2u * PENCIL_RAYS : PENCIL_RAYS / 2u) /* rays in streams behind one, */
-#define PACKET_APART(mode)    ((mode)&RTK_MODE_ANY ? PENCIL_APART(mode) : 64u)            /* or behind packets, */
-#define PENCIL_APART_AGAIN    (RTI_SIMD >= 16 ? 16u : 2u) /* so many times as many behind the next */
-#define PENCIL_TELLS          16u                         /* rays a leaf, above which a pencil says nothing of others */
+/* Rays in streams behind one, or behind packets, and how many times as many behind the next. */
+#define PENCIL_ANY_APART   (RTI_SIMD >= 16 ? 2u * PENCIL_RAYS : PENCIL_RAYS)
+#define PENCIL_APART(mode) ((mode)&RTK_MODE_ANY ? PENCIL_ANY_APART : PENCIL_RAYS / 2u)
+#define PACKET_APART(mode) ((mode)&RTK_MODE_ANY ? PENCIL_ANY_APART : 64u)
+#define PENCIL_APART_AGAIN (RTI_SIMD >= 16 ? 16u : 2u)
+#define PENCIL_TELLS       16u /* rays a leaf, above which a pencil says nothing of others */
 
 /* How many of the coherent rays to come go as others. spread: those at hand had better. `least` after the first time, for a single
  * one tells little; many times as many each time after that, a quarter when those at hand did well between. tells: they say
