@@ -109,7 +109,7 @@ typedef struct pencil {
     rtk_u32 away;                   /* rays run from the apex, not to it */
     rtk_u32 one;                    /* all rays start at the apex exactly */
     pencil_bits changed;            /* closest hits: bundles whose reach is to be found anew */
-    float far, size;      /* greatest coordinates of origins and apex, and of the apex */
+    float far, size;      /* greatest coordinates of origins, and of the apex */
     float off, least;     /* greatest distance of a line from the apex; least depth of an origin */
     float scale;          /* of the largest part */
     float margin;         /* off + 64 u (P + S) with it: of depths, which one part finds and the next one keeps to */

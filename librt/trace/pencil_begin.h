@@ -194,11 +194,11 @@ RTI_VEC void pencil_bounds(pencil *p, const pencil_rects *r)
 }
 
 /* What is found of rays while they are looked at: the least of slopes, and of less the slopes, times turn, of where they begin,
- * and of less where they end, a lane a ray of each block; how far their lines are from the apex, how far they and it are from 0;
- * how many they are. */
+ * and of less where they end, a lane a ray of each block; how far their lines are from the apex, and how far those that do not
+ * start there are from 0; how many they are. */
 typedef struct pencil_seen {
     vec lo[2][PENCIL], hi[2][PENCIL], from[PENCIL], reach[PENCIL], off, most;
-    rtk_u32 count, other; /* other: some do not start at the apex */
+    rtk_u32 count, same, other; /* some start at the apex, some do not */
 } pencil_seen;
 
 /* RTI_SIMD rays of block g, from lane k on, of which `lanes` are wanted, all alike: returns those that are of the pencil; others go
@@ -246,6 +246,7 @@ RTI_VEC rtk_u32 pencil_look(pencil *p, rtk_u32 mode, rtk_u32 g, rtk_u32 k, rtk_u
     s->hi[1][g] = V(min)(V(select)(in, -y, inf), s->hi[1][g]);
     s->from[g] = V(min)(V(select)(in, begin, inf), s->from[g]);
     s->reach[g] = V(min)(V(select)(in, -end, inf), s->reach[g]);
+    s->same |= live & ~other;
     s->other |= other & live;
     return live;
 }
@@ -254,9 +255,8 @@ RTI_VEC rtk_u32 pencil_look(pencil *p, rtk_u32 mode, rtk_u32 g, rtk_u32 k, rtk_u
 RTI_VEC void pencil_gather(pencil *p, rtk_u32 mode, int down, float round, pencil_seen *s, uint16_t want[PENCIL],
                            uint16_t rest[PENCIL])
 {
-    s->off = V(set)(0.0f);
-    s->most = V(set)(p->size);
-    s->count = s->other = 0u;
+    s->off = s->most = V(set)(0.0f);
+    s->count = s->same = s->other = 0u;
     p->bundles = 0u;
     p->recorded = 0u;
     for (rtk_u32 g = 0u; g < PENCIL; g++) {
@@ -319,7 +319,7 @@ RTI_APART rtk_u32 pencil_begin(pencil *p, rtk_u32 mode, uint16_t want[PENCIL], u
     const int apex = pencil_guess(p, mode, want, &down);
     p->size = rtk_max(rtk_max(rtk_fabs(p->apex[0]), rtk_fabs(p->apex[1])), rtk_fabs(p->apex[2]));
     pencil_gather(p, mode, down, PENCIL_U * (p->size + scale), &s, want, rest);
-    p->far = packet_high(s.most);
+    p->far = rtk_max(packet_high(s.most), s.same != 0u ? p->size : 0.0f);
     p->off = packet_high(s.off);
     const float margin = p->off + 4.0f * PENCIL_U * (rtk_max(p->far, p->size) + scale);
     if (!apex || s.count < PENCIL_FEW || !(p->far <= RTK_FAR * scale)) {

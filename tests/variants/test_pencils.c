@@ -154,6 +154,9 @@ static void spoil(rtk_trace_block *b, uint32_t k, uint32_t how)
 /* So far behind their eye some rays begin, and end as far before it. */
 static double behind_eye;
 
+/* So many times its extent a scene's lights are farther away. */
+static double light_away;
+
 /* Rays of a way, 512 or 256 of them through a point, of a camera all. */
 static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t round)
 {
@@ -165,6 +168,7 @@ static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t ro
             apex = apex_of(t, rng, round + i / tile);
             for (int a = 0; a < 3; a++) /* a little beside what it lies on */
                 apex.x[a] = (float)(apex.x[a] + (behind_eye > 0.0 ? behind_eye * (test_unit(rng) - 0.5) : 0.0));
+            apex.x[0] = (float)(apex.x[0] + (way == LIGHT ? light_away * t->extent : 0.0));
             center = aim(t, rng);
             narrow = test_u32(rng) % 2;
             zero = test_u32(rng) % 2;
@@ -364,6 +368,17 @@ static void test_small(void **state)
     with_mesh(&m, 1.0f, 0.0f, "globe", 60);
 }
 
+/* A light may be farther away than rays may start. */
+static void test_far_light(void **state)
+{
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_soup(&m, 400, 0.2f, 7);
+    light_away = 20.0;
+    with_mesh_by(&m, 1.0f, 0.0f, "far light", 60, 0);
+    light_away = 0.0;
+}
+
 static void dense_globe(test_world *w, test_mesh *m, rt_context *ctx)
 {
     test_mesh_globe(m, 200);
@@ -561,11 +576,12 @@ static void test_learned(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_soup),   cmocka_unit_test(test_small),     cmocka_unit_test(test_scattered),
-        cmocka_unit_test(test_floor),  cmocka_unit_test(test_needles),   cmocka_unit_test(test_lattice),
-        cmocka_unit_test(test_nested), cmocka_unit_test(test_one),       cmocka_unit_test(test_scaled_and_moved),
-        cmocka_unit_test(test_planes), cmocka_unit_test(test_two_parts), cmocka_unit_test(test_apart),
-        cmocka_unit_test(test_learned)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_soup),      cmocka_unit_test(test_small),
+                                       cmocka_unit_test(test_far_light), cmocka_unit_test(test_scattered),
+                                       cmocka_unit_test(test_floor),     cmocka_unit_test(test_needles),
+                                       cmocka_unit_test(test_lattice),   cmocka_unit_test(test_nested),
+                                       cmocka_unit_test(test_one),       cmocka_unit_test(test_scaled_and_moved),
+                                       cmocka_unit_test(test_planes),    cmocka_unit_test(test_two_parts),
+                                       cmocka_unit_test(test_apart),     cmocka_unit_test(test_learned)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
