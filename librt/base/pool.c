@@ -4,6 +4,7 @@
  *
  * Waking a thread takes longer than many a loop of a builder, which has thirty of them in a row: so who has nothing to do looks
  * out for a while before it sleeps. */
+#include <signal.h>
 #include <string.h>
 
 #if defined(__x86_64__) || defined(__i386__)
@@ -31,6 +32,18 @@ struct rti_pool {
     uint32_t patience; /* how often a thread looks before it sleeps */
     pthread_t threads[];
 };
+
+/* Signals are for the host's own threads: a handler that is run by a thread that the host does not know races with what it looks
+ * at. Left alone are those that a thread sends itself by what it does, and a profiler's. A thread inherits its starter's mask. */
+static void hold_signals(sigset_t *before)
+{
+    static const int left[] = {SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGPROF, SIGSEGV, SIGSYS, SIGTRAP};
+    sigset_t held;
+    sigfillset(&held);
+    for (size_t i = 0; i < sizeof left / sizeof left[0]; i++)
+        sigdelset(&held, left[i]);
+    pthread_sigmask(SIG_BLOCK, &held, before);
+}
 
 #define PATIENCE 1000u /* 15 to 50 microseconds */
 
@@ -106,8 +119,11 @@ static rti_pool *pool_create(rt_context *ctx)
     pthread_mutex_init(&pool->lock, NULL);
     pthread_cond_init(&pool->work, NULL);
     pthread_cond_init(&pool->done, NULL);
+    sigset_t before;
+    hold_signals(&before);
     while (pool->thread_count < capacity && pthread_create(&pool->threads[pool->thread_count], NULL, pool_thread, pool) == 0)
         pool->thread_count++;
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
     if (pool->thread_count < capacity)
         rti_log(ctx, RT_LOG_WARNING, "the system gave %u of %u worker threads; going on with those", pool->thread_count,
                 capacity);
@@ -266,7 +282,10 @@ rt_status rti_threads_start(rt_context *ctx, uint32_t count, void (*run)(void *d
     t->run = run;
     t->data = data;
     t->count = count;
+    sigset_t before;
+    hold_signals(&before);
     start_some(t, 0);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
     if (!t->each[0].there) {
         rti_free(ctx, t, size);
         return rti_fail(ctx, RT_ERROR_THREAD, "the system gave none of %u threads for a job; fewer workers may do", count);

@@ -1,6 +1,9 @@
 /* Jobs: every tile once, polling, waiting, cancelling, scenes that change beside them, the host's tasks. */
+#include <pthread.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "render_stage.h"
 
@@ -314,6 +317,66 @@ static void test_host_tasks(void **state)
     rt_context_destroy(other);
 }
 
+static volatile sig_atomic_t signals_seen;
+static pthread_t seen_by;
+
+static void on_signal(int signo)
+{
+    (void)signo;
+    seen_by = pthread_self();
+    signals_seen = 1;
+}
+
+/* The one thread of the host holds the signal back: so nobody handles it until that lets it come. */
+static void one_signal(rt_job *job)
+{
+    const struct timespec pause = {0, 50000000};
+    sigset_t set, before;
+    signals_seen = 0;
+    sigemptyset(&set);
+    sigaddset(&set, SIGUSR1);
+    pthread_sigmask(SIG_BLOCK, &set, &before);
+    kill(getpid(), SIGUSR1);
+    nanosleep(&pause, NULL);
+    if (job)
+        assert_int_equal(rt_job_wait(job, -1), RT_JOB_DONE);
+    assert_int_equal(signals_seen, 0);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    assert_int_equal(signals_seen, 1);
+    assert_true(pthread_equal(seen_by, pthread_self()));
+}
+
+static void test_signals_are_the_hosts(void **state)
+{
+    rt_context_desc cd = rt_context_desc_default();
+    rt_context *other;
+    rt_scene *s;
+    rt_render_desc d = settings(400, 300, 4, "whitted");
+    rt_job *job;
+    struct sigaction action, old;
+    sigset_t now;
+    (void)state;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = on_signal;
+    sigaction(SIGUSR1, &action, &old);
+    cd.workers = 4;
+    OK(rt_context_create(&cd, &other));
+    assert_int_equal(rti_pool_start(other), RT_OK);
+    one_signal(NULL);
+    OK(rt_scene_create(other, &s));
+    add_everything(s);
+    OK(rt_scene_commit(s, NULL));
+    d.workers = 6;
+    OK(rt_job_start(s, &d, &job));
+    one_signal(job);
+    rt_job_destroy(job);
+    pthread_sigmask(SIG_SETMASK, NULL, &now); /* the host's own mask is as it was */
+    assert_int_equal(sigismember(&now, SIGTERM), 0);
+    rt_scene_destroy(s);
+    rt_context_destroy(other);
+    sigaction(SIGUSR1, &old, NULL);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -326,6 +389,7 @@ int main(void)
         IN_ROOM(test_cancel_by_callback),
         IN_ROOM(test_scene_may_change_beside_a_job),
         IN_ROOM(test_host_tasks),
+        IN_ROOM(test_signals_are_the_hosts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
