@@ -72,8 +72,11 @@ _Static_assert(RTI_LIT_PX == 0 && RTI_LIT_ERROR == 3 && RTI_LIT_NX == 4 && RTI_L
 /* Where chosen lanes of rows go: from place k of a block's rows on, side by side. */
 typedef struct rti_places {
     uint32_t count; /* how many they are */
-#ifdef RTI_PACK
+#if defined RTI_PACK
     uint32_t k, lanes;
+#elif defined RTI_PACK8
+    uint32_t low, high; /* of the first eight lanes those that go to place k and on, and of the others to place `second` and on */
+    uint32_t k, second;
 #else
     uint32_t lane[RTK_BLOCK]; /* that goes to each place of [first, end); they begin and end with fours */
     uint32_t first, end;
@@ -85,11 +88,23 @@ typedef struct rti_places {
 static inline rti_places rti_places_of(uint32_t k, uint32_t *lanes)
 {
     rti_places p;
-#ifdef RTI_PACK
+#if defined RTI_PACK
     p.k = k;
     p.lanes = rti_first(*lanes, RTK_BLOCK - k);
     p.count = (uint32_t)__builtin_popcount(p.lanes);
     *lanes &= ~p.lanes;
+#elif defined RTI_PACK8
+    const uint32_t all = (uint32_t)__builtin_popcount(*lanes), room = RTK_BLOCK - k;
+    p.low = *lanes & 255u;
+    p.high = *lanes >> 8;
+    p.k = k;
+    p.second = k + (uint32_t)__builtin_popcount(p.low);
+    p.second = p.second < RTK_BLOCK ? p.second : RTK_BLOCK;
+    p.count = all < room ? all : room;
+    if (all <= room)
+        *lanes = 0;
+    for (uint32_t i = 0; *lanes != 0 && i < room; i++)
+        *lanes &= *lanes - 1;
 #else
     const uint32_t begin = k;
     p.first = k & ~3u;
@@ -105,7 +120,7 @@ static inline rti_places rti_places_of(uint32_t k, uint32_t *lanes)
     return p;
 }
 
-#ifndef RTI_PACK
+#if !defined RTI_PACK && !defined RTI_PACK8
 /* Four words to places i to i + 3 of a row, but for those that stand before k. */
 static inline void rti_put_four(float *to, const rti_places *p, uint32_t i, rti_f4 words)
 {
@@ -113,11 +128,18 @@ static inline void rti_put_four(float *to, const rti_places *p, uint32_t i, rti_
 }
 #endif
 
-/* The chosen lanes of a row. */
+/* The chosen lanes of a row. Other rows are as they were, but by eights not meanwhile: as many words behind this one must be the
+ * worker's own. */
 static inline void rti_put_row(void *to, const rti_places *p, const void *row)
 {
-#ifdef RTI_PACK
+#if defined RTI_PACK
     rti_f16_put((float *)to + p->k, p->lanes, rti_f16_load(row));
+#elif defined RTI_PACK8
+    float *at = to;
+    const rti_f8 behind = rti_f8_load(at + RTK_BLOCK);
+    rti_f8_pack(at + p->k, p->low, rti_f8_load(row));
+    rti_f8_pack(at + p->second, p->high, rti_f8_load((const float *)row + 8));
+    rti_f8_store(at + RTK_BLOCK, behind);
 #else
     for (uint32_t i = p->first; i < p->end; i += 4) {
         const uint32_t *from = row, *lane = p->lane + i;
@@ -129,8 +151,14 @@ static inline void rti_put_row(void *to, const rti_places *p, const void *row)
 /* As many times `word`. */
 static inline void rti_put_all(void *to, const rti_places *p, uint32_t word)
 {
-#ifdef RTI_PACK
+#if defined RTI_PACK
     rti_f16_put((float *)to + p->k, p->lanes, rti_f16_set(rtk_float(word)));
+#elif defined RTI_PACK8
+    float *at = to;
+    const rti_f8 behind = rti_f8_load(at + RTK_BLOCK), words = rti_f8_set(rtk_float(word));
+    rti_f8_store(at + p->k, words);
+    rti_f8_store(at + p->second, words);
+    rti_f8_store(at + RTK_BLOCK, behind);
 #else
     for (uint32_t i = p->first; i < p->end; i += 4)
         rti_put_four(to, p, i, rti_f4_set(rtk_float(word)));
