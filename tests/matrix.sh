@@ -136,10 +136,10 @@ lint() {
 seconds=3
 release_less='\.gc$' # under the address sanitizer, where it tells more
 clang_less='^cli\.|^unit\.(base|checkpoint)$|\.gc$|\.generational$|^lua\.alloc$|^variants\.tracers(\.sse42)?$|^hash\.sse42$'
-bare_less='^variants\.|^unit\.(extreme|refit)\.generic$|^hash\.(generic|sse42|avx2)$|^unit\.(kernel_|tri_lanes$|lanes(_path)?$|motion$|camera$|tree(_failing)?$|render_|base$)'
+bare_less='^variants\.|^unit\.(extreme|refit)\.generic$|^hash\.(generic|sse42|avx2)$|^unit\.(kernel_|(ball|tri)_lanes$|lanes(_path)?$|motion$|camera$|tree(_failing)?$|render_|base$)'
 asan_less='^lua\.alloc$|^unit\.(camera|motion)$|\.generational$|^cli\.(animate|bench|help|limit|replay|report|sdf|sweep|tree|tutorial)|^hash\.generic$|^variants\.tracers(\.generic)?$'
-arm_tests='^variants\.|^hash\.|^unit\.(kernel_|tri_lanes$|lanes(_path)?$|isa$|kd_wide$|tree)'
-avx512_tests='^variants\..*avx512|^hash\.|^unit\.(simd|lanes(_path)?|tri_lanes|isa|kd_wide|tree|extreme)$'
+arm_tests='^variants\.|^hash\.|^unit\.(kernel_|(ball|tri)_lanes$|lanes(_path)?$|isa$|kd_wide$|tree)'
+avx512_tests='^variants\..*avx512|^hash\.|^unit\.(simd|lanes(_path)?|(ball|tri)_lanes|isa|kd_wide|tree|extreme)$'
 release_isas=AUTO # AVX-512 where the processor has it: it is a third of what a compiler takes
 own_isas=AUTO     # Clang's and the address sanitizer's
 few_isas=NONE

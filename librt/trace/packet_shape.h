@@ -27,7 +27,7 @@ RTI_VEC rtk_u32 packet_sphere_hits(const packet *p, const float sphere[4], float
                    .tshift = V(set)(0.0f),
                    .margin = V(set)(RTK_BALL_MARGIN * scale)};
     ball_ready(&r); /* what a ray that passes does not need is found behind that */
-    return ball_many(&r, middle, V(set)(sphere[3]), V(set)(RTK_INF), lanes, out);
+    return ball_many(&r, middle, V(set)(sphere[3]), V(load)(p->t + at), lanes, out);
 }
 
 /* Likewise a box. */

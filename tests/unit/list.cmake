@@ -1,5 +1,6 @@
 # One line a unit test, sorted.
 librt_unit_test(acne)
+librt_unit_test(ball_lanes)
 librt_unit_test(base THREADS)
 librt_unit_test(bench_rays THREADS)
 target_link_libraries(test_bench_rays PRIVATE bench_rays)
@@ -61,7 +62,7 @@ librt_unit_test(tree THREADS)
 librt_unit_test(tree_broken)
 librt_unit_test(tree_failing)
 librt_unit_test(tri_lanes)
-foreach(probe simd tri_lanes) # a copy of the vectors under test for each instruction set
+foreach(probe ball_lanes simd tri_lanes) # a copy of the vectors under test for each instruction set
   foreach(isa generic ${librt_isas})
     add_library(test_${probe}_${isa} OBJECT unit/${probe}_probe.c)
     target_link_libraries(test_${probe}_${isa} PRIVATE librt_flags)
