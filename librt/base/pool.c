@@ -37,7 +37,7 @@ struct rti_pool {
  * at. Left alone are those that a thread sends itself by what it does, and a profiler's. A thread inherits its starter's mask. */
 static void hold_signals(sigset_t *before)
 {
-    static const int left[] = {SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGPROF, SIGSEGV, SIGSYS, SIGTRAP};
+    static const int left[] = {SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGPIPE, SIGPROF, SIGSEGV, SIGSYS, SIGTRAP, SIGXFSZ};
     sigset_t held;
     sigfillset(&held);
     for (size_t i = 0; i < sizeof left / sizeof left[0]; i++)

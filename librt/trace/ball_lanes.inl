@@ -45,10 +45,10 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC middle[3], VEC radius, VEC far, ui
     lanes &= M(bits)(F(le)(p[0] * p[0] + p[1] * p[1] + p[2] * p[2], reach * reach));
     if (lanes == 0u)
         return 0u;
-    /* Leaves it: from outside, by more than what rounding makes of it, and away from its middle. As rays that start on it do. With
-     * u = 2^-24, and R for reach: |f|^2 - radius^2 is then more than 112 u R^2, that is what the half chord's square falls short of
-     * the square of the way back to its middle; roundings change the former by 36 u R^2 and either's way by 37 u R, so both roots
-     * found are at most tshift. The last summand stands for squares that underflow. */
+    /* Rays that start outside, by more than rounding can hide, and go away from the middle: as those that start on the sphere and
+     * leave it. With u = 2^-24, and R for reach, |f|^2 - radius^2 is more than 112 u R^2; by that the half chord's square falls
+     * short of the square of the way back to the middle. Roundings change the former by 36 u R^2 and either's way by 37 u R, so
+     * both roots found are at most tshift. The last summand stands for squares that underflow; dd does not (RTK_DIR_MIN). */
     const VEC least = radius * radius + (F(set)(7.6293945e-06f) * (reach * reach) + F(set)(1.0e-36f));
     lanes &= ~(M(bits)(F(le)(t, zero)) & M(bits)(F(lt)(least, f[0] * f[0] + f[1] * f[1] + f[2] * f[2])) &
                M(bits)(F(le)(r->tshift, r->tmin)));

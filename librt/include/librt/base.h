@@ -7,8 +7,8 @@
  *  rt_context_error. The library never exits, prints, sets a locale or installs a signal handler, and it keeps no pointer of the
  *  caller's unless a function says so. Any number of contexts may live at once; nothing is global.
  *
- *  Signals are left to the host's threads: the library's own have all of them blocked but SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGPROF,
- *  SIGSEGV, SIGSYS and SIGTRAP.
+ *  Signals are left to the host's threads: the library's own have all of them blocked but those that a thread sends itself by what it
+ *  does (SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGPIPE, SIGSEGV, SIGSYS, SIGTRAP, SIGXFSZ) and SIGPROF. So has what a hook starts there.
  *
  *  Calls compute rounding to nearest, with denormals, whatever floating-point environment their thread is in, and leave it as it was.
  *  Those that trace or render want up to 96 KiB of the thread's stack. A child of fork() may not use or destroy a context that has
