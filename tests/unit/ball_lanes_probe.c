@@ -1,6 +1,7 @@
 /* The test of spheres in vectors of one instruction set, in a form that a test can call. Compiled once a level. */
 #include "ball_lanes_probe.h"
 
+#include "probe_widths.h"
 #include "trace/packet.h"
 
 #define PROBE(N)                                                                                                                 \
@@ -26,29 +27,16 @@
         for (uint32_t i = 0; i < N; i++)                                                                                         \
             t[i] = hit >> i & 1u ? t[i] : rtk_float(0x7fc00000u);                                                                \
     }
-PROBE(4)
-#if RTI_SIMD >= 8
-PROBE(8)
-#endif
-#if RTI_SIMD >= 16
-PROBE(16)
-#endif
+PROBE_WIDTHS(PROBE)
+#undef PROBE
 
 uint32_t RTI_ISA_FN(probe_balls)(uint32_t at_most, const rtk_pray *rays, const rtk_shape *balls, float *t)
 {
     const uint32_t width = at_most < RTI_SIMD ? at_most : RTI_SIMD;
-#if RTI_SIMD >= 16
-    if (width == 16) {
-        RTI_ISA_FN(balls16)(rays, balls, t);
-        return width;
-    }
-#endif
-#if RTI_SIMD >= 8
-    if (width == 8) {
-        RTI_ISA_FN(balls8)(rays, balls, t);
-        return width;
-    }
-#endif
-    RTI_ISA_FN(balls4)(rays, balls, t);
+#define ASK(N)                                                                                                                   \
+    if (width == N)                                                                                                              \
+        RTI_ISA_FN(balls##N)(rays, balls, t);
+    PROBE_WIDTHS(ASK)
+#undef ASK
     return width;
 }

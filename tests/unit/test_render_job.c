@@ -1,4 +1,4 @@
-/* Jobs: every tile once, polling, waiting, cancelling, scenes that change beside them, the host's tasks. */
+/* Jobs: every tile once, polling, waiting, cancelling, scenes that change beside them, the host's tasks and signals. */
 #include <pthread.h>
 #include <signal.h>
 #include <stdatomic.h>

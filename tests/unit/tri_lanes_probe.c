@@ -1,6 +1,7 @@
 /* The vector leaf tests of one instruction set, in a form that a test can call. Compiled once a level. */
 #include "tri_lanes_probe.h"
 
+#include "probe_widths.h"
 #include "trace/packet.h"
 
 #define PROBE(N)                                                                                                                 \
@@ -43,13 +44,8 @@
             out[i].certain = (int)(hit.certain >> i & 1u);                                                                       \
         }                                                                                                                        \
     }
-PROBE(4)
-#if RTI_SIMD >= 8
-PROBE(8)
-#endif
-#if RTI_SIMD >= 16
-PROBE(16)
-#endif
+PROBE_WIDTHS(PROBE)
+#undef PROBE
 
 uint32_t RTI_ISA_FN(probe_width)(uint32_t at_most)
 {
@@ -58,16 +54,11 @@ uint32_t RTI_ISA_FN(probe_width)(uint32_t at_most)
 
 void RTI_ISA_FN(probe_triangles)(uint32_t width, const rtk_pray *rays, const rtk_tri *tris, probe_answer *out)
 {
-#if RTI_SIMD >= 16
-    if (width == 16)
-        RTI_ISA_FN(probe16)(rays, tris, out);
-#endif
-#if RTI_SIMD >= 8
-    if (width == 8)
-        RTI_ISA_FN(probe8)(rays, tris, out);
-#endif
-    if (width == 4)
-        RTI_ISA_FN(probe4)(rays, tris, out);
+#define ASK(N)                                                                                                                   \
+    if (width == N)                                                                                                              \
+        RTI_ISA_FN(probe##N)(rays, tris, out);
+    PROBE_WIDTHS(ASK)
+#undef ASK
 }
 
 /* RTI_SIMD rays and triangles in vectors: in[9], in[10] are the directions, from in[12] on the corners, in the rays' orders of
