@@ -9,48 +9,71 @@
 
 #include "pencil_begin.h"
 
-/* A pencil of any hits does well where, of leaves, it looks through one for at least so many of its rays, or so many rays come to
+/* A pencil of any hits does worse than streams had where it looks through a leaf for so few of its rays, and so few rays come to
  * one. */
-#define PENCIL_RAYS_OF_LEAVES 4u
-#define PENCIL_RAYS_A_LEAF    (RTI_SIMD >= 16 ? 12u : (RTI_SIMD >= 8 ? 6u : 4u))
-/* Rays in streams behind one, or behind packets, and how many times as many behind the next. */
-#define PENCIL_ANY_APART   (RTI_SIMD >= 16 ? 2u * PENCIL_RAYS : PENCIL_RAYS)
-#define PENCIL_APART(mode) ((mode)&RTK_MODE_ANY ? PENCIL_ANY_APART : PENCIL_RAYS / 2u)
-#define PACKET_APART(mode) ((mode)&RTK_MODE_ANY ? PENCIL_ANY_APART : 64u)
-#define PENCIL_APART_AGAIN (RTI_SIMD >= 16 ? 16u : 2u)
-#define PENCIL_TELLS       16u /* rays a leaf, above which a pencil says nothing of others */
+#define PENCIL_RAYS_OF_LEAVES (RTI_SIMD >= 16 ? 8 : 4)
+#define PENCIL_RAYS_A_LEAF    (RTI_SIMD >= 16 ? 12 : (RTI_SIMD >= 8 ? 6 : 4))
+/* What streams cost of closest hits, in sixteenths of a leaf looked through: a ray in a tree that no cache holds, in others, and
+ * where it meets a leaf's box. */
+#define PENCIL_FAR_RAY 8
+#define PENCIL_RAY     (RTI_SIMD >= 16 ? 2 : 4)
+#define PENCIL_MEETS   (RTI_SIMD >= 16 ? 1 : 2)
+/* Rays in streams behind one, or behind packets. */
+#define PENCIL_APART(mode) (RTI_SIMD >= 16 || (mode)&RTK_MODE_ANY ? PENCIL_RAYS : PENCIL_RAYS / 2u)
+#define PACKET_APART(mode) ((mode)&RTK_MODE_ANY ? PENCIL_RAYS : 64u)
+/* Rays a leaf, above which a pencil that did well says nothing of others. */
+#define PENCIL_TELLS (RTI_SIMD >= 16 ? 512u : 16u)
+/* What pencils before told is worth so many of them. With AVX-512 pencils are 2 to 4 times as fast as streams at 640x480 and more,
+ * and one in a hundred that does worse (in staircase) must not send thousands of rays behind it: by the last one alone its
+ * closest hits took 1.3 times as long. With AVX2 both are closer, and the last one tells best. */
+#define LEARN_PENCILS (RTI_SIMD >= 16 ? 2 : 0)
+/* So many times as many rays in streams behind the next that does worse, and no more than so many, for places differ. */
+#define LEARN_AGAIN (RTI_SIMD >= 16 ? 4u : 2u)
+#define LEARN_MOST  (1u << 14)
 
-/* How many of the coherent rays to come go as others. spread: those at hand had better. `least` after the first time, for a single
- * one tells little; many times as many each time after that, a quarter when those at hand did well between. tells: they say
- * something at all. */
-RTI_VEC void learn_apart(rti_learned *l, rtk_u32 mode, rtk_u32 least, int spread, int tells)
+RTI_VEC int64_t learn_within(int64_t x, int64_t most)
+{
+    return x > most ? most : (x < -most ? -most : x);
+}
+
+/* How many of the coherent rays to come go as others. `count` rays have gone together; more: what that cost beyond streams, worth
+ * so many rays, below 0 where it cost less. `least` go after the first time, for a single one tells little, more each time after
+ * that, a quarter when those at hand did well between. tells: that they did well says something of others. */
+RTI_VEC void learn_apart(rti_learned *l, rtk_u32 mode, rtk_u32 least, int64_t more, rtk_u32 count, int tells)
 {
     const rtk_u32 any = (mode & RTK_MODE_ANY) != 0u;
+    const int64_t one = (int64_t)count, all = LEARN_PENCILS * one, sum = learn_within(more, one) + l->balance[any];
     l->left[any] = 0u;
-    if (spread)
-        l->left[any] = l->apart[any] = l->apart[any] == 0u ? least : rtk_umin(PENCIL_APART_AGAIN * l->apart[any], 1u << 16);
-    else if (tells)
+    if (more <= 0 && !tells)
+        return;
+    l->balance[any] = learn_within(sum, all);
+    if (sum > 0 && more > 0)
+        l->left[any] = l->apart[any] = l->apart[any] == 0u ? least : rtk_umin(LEARN_AGAIN * l->apart[any], LEARN_MOST);
+    else if (sum <= 0)
         l->apart[any] = l->apart[any] < 4u * least ? 0u : l->apart[any] / 4u;
 }
 
-/* Did a pencil of `count` rays do worse than streams had? Where triangles are so small, or the picture is, that it finds few rays
- * in each leaf, it tells that for all of its bundles again and again. (Shadow rays of 75,000 points of a million triangles: streams
- * are 1.5 times as fast, at three rays a leaf; where sixteen come to one, pencils are 1.7 times as fast. Of an eye, which rays pass
- * a leaf is told for bundles, and what streams cost beside that grows with the leaves that rays come to. With AVX2 they are even at
- * .25 to .95 of a leaf looked through a ray, in rooms where a ray comes to three to five, .7 to .95, .65 in a tree that no cache
- * holds; at 64x48 pixels pencils take 1.5 to 7 times as long.) */
-RTI_VEC int pencil_spread(const pencil *p, rtk_u32 mode, rtk_u32 count)
-{
-    if (mode & RTK_MODE_ANY)
-        return PENCIL_RAYS_OF_LEAVES * p->leaves > count && p->told < PENCIL_RAYS_A_LEAF * p->leaves;
-    return p->apart || 8u * p->leaves > (bvh_large(&p->scene->groups->parts->bvh) ? 4u : 2u) * count + p->told;
-}
-
-/* Behind a pencil of `count` rays. */
+/* Behind a pencil of `count` rays. Where triangles are so small, or the picture is, that it finds few rays in each leaf, it tells
+ * that for all of its bundles again and again. (Shadow rays of 75,000 points of a million triangles: streams are 1.5 times as fast,
+ * at three rays a leaf; where sixteen come to one, pencils are 1.7 times as fast. Of an eye, which rays pass a leaf is told for
+ * bundles, and what streams cost beside that grows with the leaves that rays come to. With AVX2 they are even at .25 to .95 of a
+ * leaf looked through a ray, in rooms where a ray comes to three to five, .7 to .95, .65 in a tree that no cache holds; with
+ * AVX-512 at .13 to .4, where it comes to .6 to 3.3, .5 in such a tree, and of any hits at eight to twenty rays a leaf; at 64x48
+ * pixels pencils take 1.5 to 7 times as long.) */
 RTI_VEC void pencil_learn(pencil *p, rtk_u32 mode, rtk_u32 count)
 {
-    learn_apart(&p->scratch->learned, mode, PENCIL_APART(mode), pencil_spread(p, mode, count),
-                PENCIL_TELLS * p->leaves >= count);
+    const int64_t rays = (int64_t)count, leaves = (int64_t)p->leaves, told = (int64_t)p->told;
+    int64_t more;
+    if (mode & RTK_MODE_ANY) {
+        const int64_t of = PENCIL_RAYS_OF_LEAVES * leaves - rays, a = PENCIL_RAYS_A_LEAF * leaves - told;
+        more = of < a ? of : a;
+    } else {
+        const int64_t ray = bvh_large(&p->scene->groups->parts->bvh) ? PENCIL_FAR_RAY : PENCIL_RAY;
+        more = 8 * leaves - (ray * rays + PENCIL_MEETS * told) / 2;
+    }
+    if (p->apart && more < rays)
+        more = rays;
+    learn_apart(&p->scratch->learned, mode, PENCIL_APART(mode), more, count, (uint64_t)PENCIL_TELLS * p->leaves >= count);
     p->leaves = p->told = 0u;
 }
 
@@ -58,8 +81,8 @@ RTI_VEC void pencil_learn(pencil *p, rtk_u32 mode, rtk_u32 count)
  * looked through), of thirty-two at .5 to 1.4: at 64x48 pixels packets take 1.4 to 10 times as long. */
 RTI_VEC void packet_learn(const packet *p, rti_scratch *scratch, rtk_u32 mode)
 {
-    learn_apart(&scratch->learned, mode, PACKET_APART(mode), 5u * p->steps > 128u * p->walks + 2u * p->walked,
-                PENCIL_TELLS * p->steps >= p->walked);
+    const int64_t more = 5 * (int64_t)p->steps - 128 * (int64_t)p->walks - 2 * (int64_t)p->walked;
+    learn_apart(&scratch->learned, mode, PACKET_APART(mode), more, p->walked, (uint64_t)PENCIL_TELLS * p->steps >= p->walked);
 }
 
 /* Of so many coherent rays those that are to go as others: whole blocks, or all of them. */

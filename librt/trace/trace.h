@@ -60,7 +60,8 @@ typedef struct rti_soon {
 typedef struct rti_learned {
     uint32_t octants;  /* so many batches of closest hits that are not coherent do better by octants (bvh_stream_mix.h) */
     uint32_t apart[2]; /* coherent rays, of closest and of any hits: so many behind the last do better as others (bvh_learn.h), */
-    uint32_t left[2];  /* and so many of those are still to come */
+    uint32_t left[2];  /* and so many of those are still to come; */
+    int64_t balance[2]; /* what batches before speak for that, worth so many rays (below 0: against it) */
 } rti_learned;
 
 typedef struct rti_scratch {

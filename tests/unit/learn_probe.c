@@ -1,0 +1,32 @@
+/* What pencils teach, in a form that a test can call. Compiled once a level. */
+#include "learn_probe.h"
+
+#include <string.h>
+
+#include "trace/bvh_learn.h"
+
+void RTI_ISA_FN(probe_learn)(uint32_t rays, int any, const uint8_t worse[PLACES], uint32_t away[PLACES])
+{
+    static pencil p;
+    static rtk_group group;
+    static rtk_scene scene;
+    const rtk_u32 mode = any ? RTK_MODE_ANY : 0u, place = rays / PLACES;
+    rti_scratch scratch = {0};
+    scene.groups = &group;
+    p.scene = &scene;
+    p.scratch = &scratch;
+    memset(away, 0, PLACES * sizeof *away);
+    for (uint32_t gone = 0; gone < rays;) {
+        const uint32_t apart = learned_left(&scratch.learned, mode, rays - gone);
+        const uint32_t n = apart ? apart : rtk_umin(rays - gone, PENCIL_RAYS),
+                       in = gone / place < PLACES ? gone / place : PLACES - 1;
+        for (uint32_t i = 0; apart && i < n; i++)
+            away[(gone + i) / place < PLACES ? (gone + i) / place : PLACES - 1]++;
+        if (!apart) { /* a leaf for two rays, or for forty; two leaves a ray, or one */
+            p.leaves = worse[in] ? n / 2 : n / 40;
+            p.told = worse[in] ? n : 2 * n;
+            pencil_learn(&p, mode, n);
+        }
+        gone += n;
+    }
+}

@@ -1,0 +1,16 @@
+/* Which rays of a picture would go as others than pencils, as told by what pencils before have met, by the constants of one
+ * instruction set. */
+#ifndef LEARN_PROBE_H
+#define LEARN_PROBE_H
+
+#include "base/isa.h"
+
+#define PLACES 100u
+
+/* `rays` rays in a row, of closest or any hits (any); worse[i]: what pencils meet in the i-th of PLACES equal parts of them costs
+ * more than streams. away[i]: how many of each part's rays go as others. */
+#define PROBE(name, level) void probe_learn_##name(uint32_t rays, int any, const uint8_t worse[PLACES], uint32_t away[PLACES]);
+RTI_ISA_EACH(PROBE)
+#undef PROBE
+
+#endif
