@@ -15,7 +15,7 @@
 #define PENCIL_RAYS_A_LEAF    (RTI_SIMD >= 16 ? 12 : (RTI_SIMD >= 8 ? 6 : 4))
 /* What streams cost of closest hits, in sixteenths of a leaf looked through: a ray in a tree that no cache holds, in others, and
  * where it meets a leaf's box. */
-#define PENCIL_FAR_RAY 8
+#define PENCIL_FAR_RAY (RTI_SIMD >= 16 ? 16 : 8)
 #define PENCIL_RAY     (RTI_SIMD >= 16 ? 2 : 4)
 #define PENCIL_MEETS   (RTI_SIMD >= 16 ? 1 : 2)
 /* Rays in streams behind one, or behind packets. */
