@@ -10,8 +10,9 @@ void RTI_ISA_FN(probe_learn)(uint32_t rays, int any, const uint8_t worse[PLACES]
     static pencil p;
     static rtk_group group;
     static rtk_scene scene;
+    static rti_scratch scratch;
     const rtk_u32 mode = any ? RTK_MODE_ANY : 0u, place = rays / PLACES;
-    rti_scratch scratch = {0};
+    memset(&scratch.learned, 0, sizeof scratch.learned);
     scene.groups = &group;
     p.scene = &scene;
     p.scratch = &scratch;

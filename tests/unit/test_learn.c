@@ -8,7 +8,8 @@
 
 #include "learn_probe.h"
 
-#define RAYS (640u * 480u)
+#define PLACE 3072u            /* rays of a place, */
+#define RAYS  (PLACES * PLACE) /* of 640x480 pixels */
 
 typedef void probe(uint32_t rays, int any, const uint8_t worse[PLACES], uint32_t away[PLACES]);
 
@@ -20,7 +21,7 @@ static void ask(probe *of, int any, const uint8_t worse[PLACES], double part[2])
     part[0] = part[1] = 0.0;
     for (uint32_t i = 0; i < PLACES; i++) {
         places[worse[i]]++;
-        part[worse[i]] += (double)away[i] / (RAYS / PLACES);
+        part[worse[i]] += (double)away[i] / PLACE;
     }
     for (int k = 0; k < 2; k++)
         part[k] = places[k] ? part[k] / places[k] : 0.0;
