@@ -24,8 +24,8 @@
 /* Rays a leaf, above which a pencil that did well says nothing of others. */
 #define PENCIL_TELLS (RTI_SIMD >= 16 ? 512u : 16u)
 /* What pencils before told is worth so many of them. With AVX-512 pencils are 2 to 4 times as fast as streams at 640x480 and more,
- * and one in a hundred that does worse (in staircase) must not send thousands of rays behind it: by the last one alone its
- * closest hits took 1.3 times as long. With AVX2 both are closer, and the last one tells best. */
+ * and one in a hundred that does worse must not send thousands of rays elsewhere behind it: told by the last one alone
+ * staircase's closest hits took 1.3 times as long. With AVX2 both are closer, and the last one tells best. */
 #define LEARN_PENCILS (RTI_SIMD >= 16 ? 2 : 0)
 /* So many times as many rays in streams behind the next that does worse, and no more than so many, for places differ. */
 #define LEARN_AGAIN (RTI_SIMD >= 16 ? 4u : 2u)
@@ -65,8 +65,8 @@ RTI_VEC void pencil_learn(pencil *p, rtk_u32 mode, rtk_u32 count)
     const int64_t rays = (int64_t)count, leaves = (int64_t)p->leaves, told = (int64_t)p->told;
     int64_t more;
     if (mode & RTK_MODE_ANY) {
-        const int64_t of = PENCIL_RAYS_OF_LEAVES * leaves - rays, a = PENCIL_RAYS_A_LEAF * leaves - told;
-        more = of < a ? of : a;
+        const int64_t of_leaves = PENCIL_RAYS_OF_LEAVES * leaves - rays, a_leaf = PENCIL_RAYS_A_LEAF * leaves - told;
+        more = of_leaves < a_leaf ? of_leaves : a_leaf;
     } else {
         const int64_t ray = bvh_large(&p->scene->groups->parts->bvh) ? PENCIL_FAR_RAY : PENCIL_RAY;
         more = 8 * leaves - (ray * rays + PENCIL_MEETS * told) / 2;

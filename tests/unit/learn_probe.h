@@ -7,9 +7,9 @@
 
 #define PLACES 100u
 
-/* `rays` rays in a row, of closest or any hits (any); worse[i]: what pencils meet in the i-th of PLACES equal parts of them costs
- * more than streams. away[i]: how many of each part's rays go as others. */
-#define PROBE(name, level) void probe_learn_##name(uint32_t rays, int any, const uint8_t worse[PLACES], uint32_t away[PLACES]);
+/* PLACES places of `place` coherent rays each, one behind the other, of closest or any hits (any); worse[i]: pencils in the i-th
+ * cost more than streams. away[i]: how many of its rays go as others. */
+#define PROBE(name, level) void probe_learn_##name(uint32_t place, int any, const uint8_t worse[PLACES], uint32_t away[PLACES]);
 RTI_ISA_EACH(PROBE)
 #undef PROBE
 

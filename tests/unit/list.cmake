@@ -63,7 +63,7 @@ librt_unit_test(tree THREADS)
 librt_unit_test(tree_broken)
 librt_unit_test(tree_failing)
 librt_unit_test(tri_lanes)
-foreach(probe ball_lanes learn simd tri_lanes) # a copy of the vectors under test for each instruction set
+foreach(probe ball_lanes learn simd tri_lanes) # a copy of what is under test for each instruction set
   foreach(isa generic ${librt_isas})
     add_library(test_${probe}_${isa} OBJECT unit/${probe}_probe.c)
     target_link_libraries(test_${probe}_${isa} PRIVATE librt_flags)

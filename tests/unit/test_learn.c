@@ -8,16 +8,15 @@
 
 #include "learn_probe.h"
 
-#define PLACE 3072u            /* rays of a place, */
-#define RAYS  (PLACES * PLACE) /* of 640x480 pixels */
+#define PLACE 3072u /* rays of a place: all together are those of 640x480 pixels */
 
-typedef void probe(uint32_t rays, int any, const uint8_t worse[PLACES], uint32_t away[PLACES]);
+typedef void probe(uint32_t place, int any, const uint8_t worse[PLACES], uint32_t away[PLACES]);
 
 /* The part of the rays that go as others, of the places where pencils do worse and of those where they do better. */
 static void ask(probe *of, int any, const uint8_t worse[PLACES], double part[2])
 {
     uint32_t away[PLACES], places[2] = {0};
-    of(RAYS, any, worse, away);
+    of(PLACE, any, worse, away);
     part[0] = part[1] = 0.0;
     for (uint32_t i = 0; i < PLACES; i++) {
         places[worse[i]]++;
