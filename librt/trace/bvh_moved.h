@@ -13,7 +13,8 @@
 #include "bvh_stream.h"
 
 #define MOVED          16384u  /* rays at a time */
-#define MOVED_LOOKS    32u     /* rays of a batch that are looked at */
+#define MOVED_LOOKS    32u     /* rays of a batch that are looked at, */
+#define MOVED_FEW      8u      /* or of coherent ones, who else would wait for memory most of all here */
 #define MOVED_LEAST    64u     /* rays that are worth it */
 #define MOVED_SHIFT    1.0e30f /* the greatest shift: sums stay in the floats' range */
 #define MOVED_MOST     4.0e6f  /* sizes of the part away: farther, sums are so coarse that many are equal */
@@ -59,12 +60,18 @@ RTI_VEC float moved_least(float shift, float x, rtk_u32 *sure)
 }
 
 /* Are there many rays that start far away from a part and do not pass it for certain? Some tell. */
-RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, rtk_vec3 lo, rtk_vec3 hi, float scale)
+RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, rtk_vec3 lo, rtk_vec3 hi, float scale, rtk_u32 looks)
 {
-    const rtk_u32 step = rtk_umax(RTK_BLOCK, count / MOVED_LOOKS / RTK_BLOCK * RTK_BLOCK);
+    const rtk_u32 step = rtk_umax(RTK_BLOCK, count / looks / RTK_BLOCK * RTK_BLOCK);
     rtk_u32 far = 0u, all = 0u;
     if (count < MOVED_LEAST)
         return 0;
+    for (rtk_u32 i = 0u; i < count; i += step) {
+        const rtk_trace_block *b = &rays[i / RTK_BLOCK];
+        __builtin_prefetch(b->ox);
+        __builtin_prefetch(b->oy);
+        __builtin_prefetch(b->oz);
+    }
     for (rtk_u32 i = 0u; i < count; i += step, all++) {
         const rtk_trace_block *b = &rays[i / RTK_BLOCK];
         rtk_ray r;
@@ -78,13 +85,14 @@ RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, rtk_vec3 lo, 
 }
 
 /* Do rays through one group go this way? */
-RTI_VEC int moved_fits(const rtk_scene *scene, const rtk_trace_block *rays, rtk_u32 count, const rti_scratch *scratch)
+RTI_VEC int moved_fits(const rtk_scene *scene, const rtk_trace_block *rays, rtk_u32 count, const rti_scratch *scratch,
+                       int coherent)
 {
     const rtk_group *g = scene->groups;
     if (!scratch->room || g->part_count != 1u || !(g->flags & RTK_GROUP_PLAIN) ||
         (g->shape_count == 0u && !stream_fits(g, g->parts)))
         return 0;
-    return moved_many(rays, count, g->parts->lo, g->parts->hi, g->parts->scale);
+    return moved_many(rays, count, g->parts->lo, g->parts->hi, g->parts->scale, coherent ? MOVED_FEW : MOVED_LOOKS);
 }
 
 /* Of a block's `lanes`, moved by `shift`, the ranges; returns those whose were not found. The t above which sums are above tmin

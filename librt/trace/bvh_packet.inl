@@ -237,7 +237,7 @@ static void RTK_NAME(pencils)(pencil *l, packet *p, streams *a, rtk_u32 first, r
         l->occluded = l->all_occluded + first / RTK_BLOCK;
     else
         l->hits = l->all_hits + first / RTK_BLOCK;
-    l->next = rtk_umin(count - first - n, PENCIL_RAYS) / RTK_BLOCK;
+    pencil_expect_open(l, RTK_MODE, count / RTK_BLOCK);
     if (group->plane_count != 0u)
         RTK_NAME(planes)(l, p, first, n);
     l->count = n;
@@ -291,6 +291,7 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
     rtk_u32 gone = 0u; /* rays that need no more */
     pencil_open_batch(&l, scene, rays, hits, occluded, scratch);
     l.lost = coherent && pencil_fits(g) ? 0u : PENCIL_LOST;
+    l.asked = 0u;
     if (coherent && learned_ends(&scratch->learned, RTK_MODE, g->part_count, count, 1)) {
         coherent = 0;
         l.lost = PENCIL_LOST;
@@ -400,7 +401,7 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
         return;
     }
     if (scene->instance_count == 0u) {
-        if (moved_fits(scene, rays, count, scratch))
+        if (moved_fits(scene, rays, count, scratch, 1))
             RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch, 1);
         else
             RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, together);
@@ -433,7 +434,7 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
     const int apart = scratch->room && g->part_count != 0u && stream_fits(g, g->parts) && /* in streams */
                       !stream_scattered(rays, count, g->parts);
     if (plain && (apart || g->part_count == 0u || (g->shape_count != 0u && scratch->bare))) {
-        if (apart && moved_fits(scene, rays, count, scratch))
+        if (apart && moved_fits(scene, rays, count, scratch, 0))
             RTK_NAME(moved)(scene, rays, hits, occluded, count, scratch, 0);
         else
             RTK_NAME(plain)(scene, rays, hits, occluded, count, scratch, !apart); /* bounces off what is large go together */

@@ -72,6 +72,7 @@ typedef rtk_u32 pencil_bits;
 #define PENCIL_RAYS        (PENCIL * RTK_BLOCK)
 #define PENCIL_LOST        4u             /* times that rays are no pencil before the rest of a batch is not tried */
 #define PENCIL_MAIL        64u
+#define PENCIL_LEAD        8u             /* blocks that are asked for before they are looked at */
 #define PENCIL_U           9.5367432e-07f /* 16 u */
 #define PENCIL_HALVES      (RTK_BLOCK / RTI_SIMD)
 
@@ -144,7 +145,9 @@ typedef struct pencil {
     rtk_u32 again;              /* something was asked for them before, and their hits so far stand in the batch */
     rtk_u32 unread, unread_end; /* the blocks that are not loaded yet */
     rtk_u32 mask;               /* that of all its rays */
-    rtk_u32 next;               /* blocks of the next one */
+    /* Blocks of the batch, those of them that were asked for from farther caches or memory, how many to ask for before they are
+     * looked at, and up to which walks ask for them. */
+    rtk_u32 blocks, asked, lead, asks;
     struct {
         rtk_u32 geom, first, count;
     } mesh; /* as a packet's */
@@ -240,7 +243,7 @@ RTI_VEC rtk_u32 pencil_valid(const rtk_trace_block *b, rtk_u32 k, rtk_u32 mask)
     return VM(bits)(ok) & pencil_seeing(b, k, mask);
 }
 
-/* Of the caller's next batch, what stands where block g of this pencil stands in this one. */
+/* Of the caller's next batch, what stands where a block stands in this one. */
 RTI_VEC void pencil_expect_soon(const rti_soon *soon, rtk_u32 block)
 {
     if (soon->blocks <= block)
@@ -255,20 +258,45 @@ RTI_VEC void pencil_expect_soon(const rti_soon *soon, rtk_u32 block)
         __builtin_prefetch(hits + i, 1);
 }
 
-/* Asks for block g of the next pencil and, of closest hits, for where its hits are to be. */
-RTI_VEC void pencil_expect(const pencil *p, rtk_u32 mode, rtk_u32 g)
+/* Asks for a block of the batch and, of closest hits, for where its hits are to be. */
+RTI_VEC void pencil_expect_block(const pencil *p, rtk_u32 mode, rtk_u32 g)
 {
-    pencil_expect_soon(&p->scratch->soon, p->first / RTK_BLOCK + g);
-    if (p->next <= g)
+    if (g >= p->blocks)
         return;
-    const char *rays = (const char *)(p->rays + PENCIL + g);
-    for (rtk_u32 i = 0u; i < sizeof *p->rays; i += 64u)
+    const char *rays = (const char *)(p->batch + g);
+    for (rtk_u32 i = 0u; i < sizeof *p->batch; i += 64u)
         __builtin_prefetch(rays + i);
     if (mode & RTK_MODE_ANY)
         return;
-    const char *hits = (const char *)(p->hits + PENCIL + g);
-    for (rtk_u32 i = 0u; i < sizeof *p->hits; i += 64u)
+    const char *hits = (const char *)(p->all_hits + g);
+    for (rtk_u32 i = 0u; i < sizeof *p->all_hits; i += 64u)
         __builtin_prefetch(hits + i, 1);
+}
+
+/* Asks for the next block, or for what stands there in the caller's next batch where this one was copied just now. */
+RTI_VEC void pencil_expect(pencil *p, rtk_u32 mode)
+{
+    const rtk_u32 g = p->asked++;
+    if (p->scratch->soon.blocks != 0u)
+        pencil_expect_soon(&p->scratch->soon, g);
+    else
+        pencil_expect_block(p, mode, g);
+}
+
+/* Before a pencil of a batch of so many blocks. Blocks are asked for PENCIL_LEAD before they are looked at, but the last one of
+ * the next pencil, which is looked at first, now. Walks ask for more at each node, for they wait for no memory, and rays that are
+ * gathered for little else. (All of the next pencil asked for while one is gathered: camera rays of 1920x1080 pixels take 1.03 to
+ * 1.07 times as long.) */
+RTI_VEC void pencil_expect_open(pencil *p, rtk_u32 mode, rtk_u32 blocks)
+{
+    const rtk_u32 here = p->first / RTK_BLOCK, next = here + PENCIL;
+    const int copied = p->scratch->soon.blocks != 0u;
+    p->blocks = blocks;
+    p->asked = rtk_umax(p->asked, here);
+    p->lead = copied ? 1u : PENCIL_LEAD;
+    p->asks = copied ? 0u : next + PENCIL;
+    if (!copied)
+        pencil_expect_block(p, mode, next + PENCIL - 1u);
 }
 
 /* The first n rays of a block have no hits. */

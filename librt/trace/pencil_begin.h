@@ -259,11 +259,13 @@ RTI_VEC void pencil_gather(pencil *p, rtk_u32 mode, int down, float round, penci
     s->count = s->same = s->other = 0u;
     p->bundles = 0u;
     p->recorded = 0u;
+    const rtk_u32 here = p->first / RTK_BLOCK;
     for (rtk_u32 g = 0u; g < PENCIL; g++) {
         const rtk_trace_block *b = &p->rays[g];
         const float *const d[3] = {b->dx, b->dy, b->dz};
         const int unread = g >= p->unread && g < p->unread_end;
-        pencil_expect(p, mode, g);
+        for (rtk_u32 i = 0u; i < 2u && p->asked < here + g + p->lead; i++)
+            pencil_expect(p, mode);
         const rtk_u32 all = unread ? pencil_load_block(p, mode, g) : want[g];
         rtk_u32 live = 0u, left = 0u;
         s->lo[0][g] = s->hi[0][g] = s->lo[1][g] = s->hi[1][g] = s->from[g] = s->reach[g] = V(set)(RTK_INF);
