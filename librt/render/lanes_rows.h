@@ -58,6 +58,25 @@ static inline uint32_t rti_lanes_of(const uint32_t *some, uint32_t n)
     return lanes & ((1u << n) - 1);
 }
 
+/* The numbers of chosen lanes, the first of which is `first`, side by side. */
+static inline void rti_put_numbers(uint32_t *to, uint32_t first, uint32_t lanes)
+{
+    if (lanes == (1u << RTK_BLOCK) - 1) {
+        RTI_EACH_LANE_INNER(k)
+        to[k] = first + k;
+        return;
+    }
+#ifdef RTI_PACK
+    uint32_t numbers[RTK_BLOCK] RTI_ROW;
+    RTI_EACH_LANE_INNER(k)
+    numbers[k] = first + k;
+    rti_f16_put((float *)(void *)to, lanes, rti_f16_load((const float *)(const void *)numbers));
+#else
+    for (; lanes != 0; lanes &= lanes - 1)
+        *to++ = first + (uint32_t)__builtin_ctz(lanes);
+#endif
+}
+
 /* Where a sheaf's points are, behind those that are noted: their rows up to the geometric normal, their rays and homes. */
 static inline void rti_note_points(rti_worker *w, const rti_sheaf *c)
 {

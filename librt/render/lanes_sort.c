@@ -8,6 +8,28 @@
 #define KEYS (RTI_SURFACE_COUNT * RTI_LOOK_COUNT)
 _Static_assert(KEYS <= 256, "a key is a byte");
 
+/* Kinds, a bit each: a batch has few of them. */
+typedef struct kinds_seen {
+    uint64_t words[(KEYS + 63) / 64];
+} kinds_seen;
+
+static void see(kinds_seen *seen, uint32_t key)
+{
+    seen->words[key / 64] |= (uint64_t)1 << key % 64;
+}
+
+/* The least of them, which is taken out; KEYS: there is none. */
+static uint32_t next_kind(kinds_seen *seen)
+{
+    for (uint32_t i = 0; i < sizeof seen->words / sizeof *seen->words; i++)
+        if (seen->words[i] != 0) {
+            const uint32_t key = 64 * i + (uint32_t)__builtin_ctzll(seen->words[i]);
+            seen->words[i] &= seen->words[i] - 1;
+            return key;
+        }
+    return KEYS;
+}
+
 static uint32_t look_of(const rtk_scene *scene, uint32_t material)
 {
     const rtk_material *m = &scene->materials[material];
@@ -87,38 +109,38 @@ static uint32_t find_key(const rtk_scene *scene, const rtk_hit_block *h, uint32_
     return key;
 }
 
-/* Whether no ray of a block hit anything. */
-static bool all_miss(const rtk_hit_block *h)
-{
-    uint32_t hit = 0;
-    RTI_EACH_LANE_INNER(k)
-    hit |= h->prim[k] ^ RTK_INVALID;
-    return hit == 0;
-}
-
-/* Whether all of a block hit the geometry that was hit last. */
-static bool all_last(const rtk_hit_block *h, const last_hit *last)
+/* Whether all of a block's rays that hit anything, which are given as a row of 0 and 1, hit the geometry that was hit last. */
+static bool all_last(const rtk_hit_block *h, const last_hit *last, uint32_t some[RTK_BLOCK])
 {
     uint32_t other = 0;
     RTI_EACH_LANE_INNER(k)
-    other |= (h->geom[k] ^ last->geom) | (h->inst[k] ^ last->inst) | (uint32_t)(h->prim[k] == RTK_INVALID);
+    {
+        const uint32_t differs = (h->geom[k] ^ last->geom) | (h->inst[k] ^ last->inst);
+        some[k] = h->prim[k] != RTK_INVALID;
+        other |= some[k] ? differs : 0;
+    }
     return other == 0;
 }
 
-static void find_keys(rti_worker *w, uint32_t first, uint32_t count, uint32_t *counts)
+static void find_keys(rti_worker *w, uint32_t first, uint32_t count, uint32_t *counts, kinds_seen *seen)
 {
     last_hit last = {RTK_INVALID, 0, 0, 0};
     for (uint32_t n = 0; n < count;) {
         const rtk_hit_block *h = &w->hits[(first + n) / RTK_BLOCK];
+        uint32_t some[RTK_BLOCK] RTI_ROW;
         uint32_t k = (first + n) % RTK_BLOCK, end = RTK_BLOCK - k < count - n ? RTK_BLOCK : k + (count - n);
-        const bool miss = end - k == RTK_BLOCK && all_miss(h);
-        if (miss || (end - k == RTK_BLOCK && all_last(h, &last))) {
-            const uint32_t material = miss ? 0 : last.material, key = miss ? 0 : last.key;
-            uint32_t *materials = w->materials + first + n;
-            memset(w->keys + n, (int)key, RTK_BLOCK);
+        if (end - k == RTK_BLOCK && all_last(h, &last, some)) {
+            uint32_t *materials = w->materials + first + n, hit = 0;
+            uint8_t *keys = w->keys + n;
             RTI_EACH_LANE_INNER(i)
-            materials[i] = material;
-            counts[key] += RTK_BLOCK;
+            {
+                keys[i] = (uint8_t)(some[i] ? last.key : 0);
+                materials[i] = some[i] ? last.material : 0;
+                hit += some[i];
+            }
+            counts[last.key] += hit;
+            counts[0] += RTK_BLOCK - hit;
+            see(seen, last.key);
             n += RTK_BLOCK;
             continue;
         }
@@ -126,27 +148,40 @@ static void find_keys(rti_worker *w, uint32_t first, uint32_t count, uint32_t *c
             uint32_t key = find_key(w->frame->scene, h, k, &last, &w->materials[first + n]);
             w->keys[n] = (uint8_t)key;
             counts[key]++;
+            see(seen, key);
         }
     }
 }
 
-/* The order of the sorted: behind the beginnings of their kinds, which become their ends. */
+/* Of a block's kinds those that are `key`, a bit each. */
+static uint32_t lanes_of_kind(const uint8_t keys[RTK_BLOCK], uint32_t key)
+{
+    const uint64_t all = key * 0x0101010101010101u;
+    uint64_t eight[RTK_BLOCK / 8];
+    uint32_t lanes = 0;
+    memcpy(eight, keys, sizeof eight);
+    if (eight[0] == all && eight[1] == all) /* mostly */
+        return (1u << RTK_BLOCK) - 1;
+    RTI_EACH_LANE_INNER(k)
+    lanes |= (uint32_t)(keys[k] == key) << k;
+    return lanes;
+}
+
+/* The order of the sorted: behind the beginnings of their kinds, which become their ends. A block has few kinds. */
 static void place_rays(rti_worker *w, uint32_t first, uint32_t count, uint32_t *begins)
 {
-    for (uint32_t n = 0; n < count;) {
-        uint8_t same[RTK_BLOCK];
-        memset(same, w->keys[n], sizeof same);
-        if (count - n >= RTK_BLOCK && memcmp(same, w->keys + n, sizeof same) == 0) {
-            uint32_t *to = w->order + begins[w->keys[n]];
-            RTI_EACH_LANE_INNER(k)
-            to[k] = first + n + k;
-            begins[w->keys[n]] += RTK_BLOCK;
-            n += RTK_BLOCK;
-        } else {
-            w->order[begins[w->keys[n]]++] = first + n;
-            n++;
+    uint32_t n = 0;
+    for (; count - n >= RTK_BLOCK; n += RTK_BLOCK) {
+        const uint8_t *keys = w->keys + n;
+        for (uint32_t left = (1u << RTK_BLOCK) - 1; left != 0;) {
+            const uint32_t key = keys[__builtin_ctz(left)], lanes = lanes_of_kind(keys, key);
+            rti_put_numbers(w->order + begins[key], first + n, lanes);
+            begins[key] += (uint32_t)__builtin_popcount(lanes);
+            left &= ~lanes;
         }
     }
+    for (; n < count; n++)
+        w->order[begins[w->keys[n]]++] = first + n;
 }
 
 /* ---- sheaves ---- */
@@ -323,9 +358,11 @@ static void hits(rti_worker *w, rti_sheaf *c, rti_sheaf_fn then)
 void RTI_ISA_FN(rti_lanes_sheaves)(rti_worker *w, uint32_t first, uint32_t count, rti_sheaf_fn then)
 {
     uint32_t ends[KEYS] = {0}, at = 0;
+    kinds_seen seen = {{1}}, left; /* kind 0 is that of misses */
     rti_sheaf c;
-    find_keys(w, first, count, ends);
-    for (uint32_t key = 0; key < KEYS; key++) { /* counts to beginnings */
+    find_keys(w, first, count, ends, &seen);
+    left = seen;
+    for (uint32_t key; (key = next_kind(&left)) < KEYS;) { /* counts to beginnings */
         uint32_t n = ends[key];
         ends[key] = at;
         at += n;
@@ -333,8 +370,8 @@ void RTI_ISA_FN(rti_lanes_sheaves)(rti_worker *w, uint32_t first, uint32_t count
     place_rays(w, first, count, ends);
     c.looks.of_all = RTK_INVALID;
     c.depth = w->batch.path[first / RTK_BLOCK].depth_kind[first % RTK_BLOCK] & 0xffffu;
-    at = is_black(w->frame->scene->world) ? ends[0] : 0; /* kind 0 is that of misses */
-    for (uint32_t key = 0; key < KEYS; key++) {
+    at = is_black(w->frame->scene->world) ? ends[0] : 0;
+    for (uint32_t key; (key = next_kind(&seen)) < KEYS;) {
         c.surface_kind = key / RTI_LOOK_COUNT;
         c.material_kind = key % RTI_LOOK_COUNT;
         c.smooth = kinds[c.surface_kind].smooth;
