@@ -160,15 +160,18 @@ return rt.scene { settings = { width = 4, height = 4 }, rt.sphere { center = {0,
       return
     end
     local folder = support.folder()
-    local line = "stty cols 50; " .. support.command { "render", support.small(folder), "--size", "400x300", "-n", "384", "-o", folder .. "/x.png",
-      "--limit", "time=5s" } -- so long do sanitizers and slow machines need for a line or two
-    local r = support.shell("TERM=xterm script -qec " .. support.quote(line) .. " /dev/null")
+    local scene = support.small(folder)
+    local function line(samples)
+      return support.quote("stty cols 50; " .. support.command { "render", scene, "--size", "400x300", "-n", samples, "-o", folder .. "/x.png",
+        "--limit", "time=5s" }) -- so long do sanitizers and slow machines need for a line or two
+    end
+    local r = support.shell("TERM=xterm script -qec " .. line "384" .. " /dev/null")
     local longest = 0
     for part in r.out:gmatch "\r([^\r\27]+)\27%[K" do
       longest = math.max(longest, #part)
     end
     assert.is_true(longest > 20 and longest < 50, r.out)
-    r = support.shell("TERM=dumb script -qec " .. support.quote(line) .. " /dev/null")
+    r = support.shell("TERM=dumb script -qec " .. line "16" .. " /dev/null")
     assert.falsy(r.out:find "\27")
   end)
 
