@@ -154,6 +154,9 @@ bool rti_context_roomy(const rt_context *ctx); /* is that a MiB or more? as it w
 void rti_sleep(double seconds);
 /* malloc; a block of 2 MiB and more lies in huge pages where the system has them. For free and realloc. */
 void *rti_alloc_large(size_t size);
+/* What stands in a block will be read for long: its pages that are small, as the memory was somebody's before, become huge ones now,
+ * where the system can (Linux 6.1). Nothing else changes, whoever gave the memory. */
+void rti_settle_large(const void *block, size_t size);
 
 /* ---- files (file.c); paths are bytes ---- */
 

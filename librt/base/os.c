@@ -60,6 +60,27 @@ void *rti_alloc_large(size_t size)
     return p;
 }
 
+#if defined(__linux__) && !defined(MADV_COLLAPSE)
+#define MADV_COLLAPSE 25 /* Linux 6.1; C libraries name it later */
+#endif
+
+/* (In a process that had other scenes before, a tree of 13 MB lay in pages of 4 KiB: rays took 1.1 to 1.5 times as long.) */
+void rti_settle_large(const void *block, size_t size)
+{
+#if defined(MADV_HUGEPAGE) && defined(MADV_COLLAPSE)
+    const uintptr_t at = (uintptr_t)block; /* behind a header of an allocator's, at most */
+    const uintptr_t begin = (at + HUGE_PAGE - 4096) / HUGE_PAGE * HUGE_PAGE;
+    const uintptr_t end = (at + size + HUGE_PAGE / 2) / HUGE_PAGE * HUGE_PAGE;
+    if (size < HUGE_PAGE || end <= begin)
+        return;
+    madvise((void *)begin, end - begin, MADV_HUGEPAGE); /* wishes, both */
+    madvise((void *)begin, end - begin, MADV_COLLAPSE);
+#else
+    (void)block;
+    (void)size;
+#endif
+}
+
 /* First line of a small file of the system, NUL-ended; false when it cannot be read. */
 static bool read_line(const char *path, char *buffer, size_t size)
 {

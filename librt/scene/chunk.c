@@ -154,8 +154,10 @@ rti_chunk *rti_chunk_share(rt_context *ctx, uint32_t kind, void *data, size_t si
         *slot = k;
     }
     pthread_mutex_unlock(&c->lock);
-    if (!there)
+    if (!there) {
+        rti_settle_large(data, size);
         return k;
+    }
     /* The hash is no proof against those who make collisions on purpose: equal content is shared, other content stands alone. */
     if (!key && (there->size != size || memcmp(there->data, data, size) != 0)) {
         rti_chunk_release(there);

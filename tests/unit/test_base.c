@@ -77,6 +77,25 @@ static void *wander(void *user, void *ptr, size_t old_size, size_t new_size)
     return at;
 }
 
+/* Whatever becomes of pages, what stands in them stays. */
+static void test_settle(void **state)
+{
+    const size_t all = (size_t)11 << 20,
+                 sizes[] = {0, 1, 4096, ((size_t)2 << 20) - 1, (size_t)2 << 20, ((size_t)5 << 20) + 77, all};
+    unsigned char *block = malloc(all);
+    (void)state;
+    assert_non_null(block);
+    for (size_t i = 0; i < all; i++)
+        block[i] = (unsigned char)(i * 7 + (i >> 12));
+    for (size_t k = 0; k < RTI_COUNT(sizes); k++)
+        for (size_t from = 0; from + sizes[k] <= all; from += ((size_t)3 << 20) + 64)
+            rti_settle_large(block + from, sizes[k]);
+    for (size_t i = 0; i < all; i++)
+        if (block[i] != (unsigned char)(i * 7 + (i >> 12)))
+            fail_msg("byte %zu is another", i);
+    free(block);
+}
+
 static void test_shrink(void **state)
 {
     wandering w = {0};
@@ -427,7 +446,7 @@ int main(void)
         cmocka_unit_test(test_memory),    cmocka_unit_test(test_context_desc), cmocka_unit_test(test_parallel),
         cmocka_unit_test(test_messages),  cmocka_unit_test(test_numbers),      cmocka_unit_test(test_locale),
         cmocka_unit_test(test_text),      cmocka_unit_test(test_hash),         cmocka_unit_test(test_files),
-        cmocka_unit_test(test_open_hook), cmocka_unit_test(test_shrink),
+        cmocka_unit_test(test_open_hook), cmocka_unit_test(test_shrink),       cmocka_unit_test(test_settle),
     };
 #ifdef __SANITIZE_THREAD__
     cmocka_set_skip_filter("test_numbers"); /* long, and of one thread */
