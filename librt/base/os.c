@@ -60,27 +60,6 @@ void *rti_alloc_large(size_t size)
     return p;
 }
 
-#if defined(__linux__) && !defined(MADV_COLLAPSE)
-#define MADV_COLLAPSE 25 /* Linux 6.1; C libraries name it later */
-#endif
-
-/* (In a process that had other scenes before, a tree of 13 MB lay in pages of 4 KiB: rays took 1.1 to 1.5 times as long.) */
-void rti_settle_large(const void *block, size_t size)
-{
-#if defined(MADV_HUGEPAGE) && defined(MADV_COLLAPSE)
-    const uintptr_t at = (uintptr_t)block; /* behind a header of an allocator's, at most */
-    const uintptr_t begin = (at + HUGE_PAGE - 4096) / HUGE_PAGE * HUGE_PAGE;
-    const uintptr_t end = (at + size + HUGE_PAGE / 2) / HUGE_PAGE * HUGE_PAGE;
-    if (size < HUGE_PAGE || end <= begin)
-        return;
-    madvise((void *)begin, end - begin, MADV_HUGEPAGE); /* wishes, both */
-    madvise((void *)begin, end - begin, MADV_COLLAPSE);
-#else
-    (void)block;
-    (void)size;
-#endif
-}
-
 /* First line of a small file of the system, NUL-ended; false when it cannot be read. */
 static bool read_line(const char *path, char *buffer, size_t size)
 {
@@ -91,6 +70,30 @@ static bool read_line(const char *path, char *buffer, size_t size)
     ok = fgets(buffer, (int)size, f) != NULL;
     fclose(f);
     return ok;
+}
+
+#if defined(__linux__) && !defined(MADV_COLLAPSE)
+#define MADV_COLLAPSE 25 /* Linux 6.1; C libraries name it later */
+#endif
+
+/* (In a process that had other scenes before, a tree of 13 MB lay in pages of 4 KiB: rays took 1.1 to 1.5 times as long.) Where
+ * huge pages are off for the whole system this asks for none, though collapsing would not look. */
+void rti_settle_large(const void *block, size_t size)
+{
+#if defined(MADV_HUGEPAGE) && defined(MADV_COLLAPSE)
+    const uintptr_t at = (uintptr_t)block; /* behind a header of an allocator's, at most */
+    const uintptr_t begin = (at + HUGE_PAGE - 4096) / HUGE_PAGE * HUGE_PAGE, end = (at + size) / HUGE_PAGE * HUGE_PAGE;
+    char setting[64];
+    if (size < HUGE_PAGE || end <= begin)
+        return;
+    if (!read_line("/sys/kernel/mm/transparent_hugepage/enabled", setting, sizeof setting) || strstr(setting, "[never]"))
+        return;
+    madvise((void *)begin, end - begin, MADV_HUGEPAGE); /* nothing is lost where it is refused */
+    madvise((void *)begin, end - begin, MADV_COLLAPSE);
+#else
+    (void)block;
+    (void)size;
+#endif
 }
 
 static bool read_number(const char *path, uint64_t *out)

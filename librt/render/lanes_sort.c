@@ -6,7 +6,7 @@
 #include "shade.h"
 
 #define KEYS (RTI_SURFACE_COUNT * RTI_LOOK_COUNT)
-_Static_assert(KEYS <= 256, "a key is a byte");
+_Static_assert(KEYS <= 256 && RTK_BLOCK == 16, "a key is a byte, a block's are two words");
 
 /* Kinds, a bit each: a batch has few of them. */
 typedef struct kinds_seen {
