@@ -21,7 +21,7 @@ static void see(kinds_seen *seen, uint32_t key)
 /* The least of them, which is taken out; KEYS: there is none. */
 static uint32_t next_kind(kinds_seen *seen)
 {
-    for (uint32_t i = 0; i < sizeof seen->words / sizeof *seen->words; i++)
+    for (uint32_t i = 0; i < RTI_COUNT(seen->words); i++)
         if (seen->words[i] != 0) {
             const uint32_t key = 64 * i + (uint32_t)__builtin_ctzll(seen->words[i]);
             seen->words[i] &= seen->words[i] - 1;
@@ -140,7 +140,6 @@ static void find_keys(rti_worker *w, uint32_t first, uint32_t count, uint32_t *c
             }
             counts[last.key] += hit;
             counts[0] += RTK_BLOCK - hit;
-            see(seen, last.key);
             n += RTK_BLOCK;
             continue;
         }

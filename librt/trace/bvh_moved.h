@@ -60,9 +60,9 @@ RTI_VEC float moved_least(float shift, float x, rtk_u32 *sure)
 }
 
 /* Are there many rays that start far away from a part and do not pass it for certain? Some tell. */
-RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, rtk_vec3 lo, rtk_vec3 hi, float scale, rtk_u32 looks)
+RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, rtk_vec3 lo, rtk_vec3 hi, float scale, int coherent)
 {
-    const rtk_u32 step = rtk_umax(RTK_BLOCK, count / looks / RTK_BLOCK * RTK_BLOCK);
+    const rtk_u32 step = rtk_umax(RTK_BLOCK, count / (coherent ? MOVED_FEW : MOVED_LOOKS) / RTK_BLOCK * RTK_BLOCK);
     rtk_u32 far = 0u, all = 0u;
     if (count < MOVED_LEAST)
         return 0;
@@ -92,7 +92,7 @@ RTI_VEC int moved_fits(const rtk_scene *scene, const rtk_trace_block *rays, rtk_
     if (!scratch->room || g->part_count != 1u || !(g->flags & RTK_GROUP_PLAIN) ||
         (g->shape_count == 0u && !stream_fits(g, g->parts)))
         return 0;
-    return moved_many(rays, count, g->parts->lo, g->parts->hi, g->parts->scale, coherent ? MOVED_FEW : MOVED_LOOKS);
+    return moved_many(rays, count, g->parts->lo, g->parts->hi, g->parts->scale, coherent);
 }
 
 /* Of a block's `lanes`, moved by `shift`, the ranges; returns those whose were not found. The t above which sums are above tmin

@@ -299,9 +299,8 @@ static void RTK_NAME(placed)(const rtk_scene *scene, const rtk_trace_block *rays
         a->count = n;
         a->hit_count = 0u;
         RTK_NAME(placed_own)(a, n);
-        const uint32_t looks = coherent ? MOVED_FEW : MOVED_LOOKS;
         if (scene->top_lo.x <= scene->top_hi.x &&
-            moved_many(a->rays, n, scene->top_lo, scene->top_hi, scene->top_scale, looks))
+            moved_many(a->rays, n, scene->top_lo, scene->top_hi, scene->top_scale, coherent))
             RTK_NAME(placed_moved)(a, n);
         else
             RTK_NAME(placed_all)(a, n);

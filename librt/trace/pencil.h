@@ -147,7 +147,7 @@ typedef struct pencil {
     rtk_u32 mask;               /* that of all its rays */
     /* Blocks of the batch, those of them that were asked for from farther caches or memory, how many to ask for before they are
      * looked at, and up to which walks ask for them. */
-    rtk_u32 blocks, asked, lead, asks;
+    rtk_u32 blocks, asked, lead, walks_ask;
     struct {
         rtk_u32 geom, first, count;
     } mesh; /* as a packet's */
@@ -294,9 +294,9 @@ RTI_VEC void pencil_expect_open(pencil *p, rtk_u32 mode, rtk_u32 blocks)
     p->blocks = blocks;
     p->asked = rtk_umax(p->asked, here);
     p->lead = copied ? 1u : PENCIL_LEAD;
-    p->asks = copied ? 0u : next + PENCIL;
-    if (!copied)
-        pencil_expect_block(p, mode, next + PENCIL - 1u);
+    p->walks_ask = copied ? 0u : next + PENCIL;
+    if (!copied && next < blocks)
+        pencil_expect_block(p, mode, rtk_umin(next + PENCIL, blocks) - 1u);
 }
 
 /* The first n rays of a block have no hits. */

@@ -339,7 +339,7 @@ RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
             return 1;
         const rtk_u32 bits = pencil_open(p, &nodes[at], t);
         packet_push(&stack, at, bits, t, vectors);
-        if (p->asked < p->asks)
+        if (p->asked < p->walks_ask)
             pencil_expect(p, mode);
         for (rtk_u32 l = bits; l != 0u; l &= l - 1u)
             pencil_expect_slot(&p->part->bvh, &nodes[at], (rtk_u32)__builtin_ctz(l));

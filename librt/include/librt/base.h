@@ -64,7 +64,8 @@ typedef struct rt_transform {
 
 /** Allocator in the shape of Lua's: new_size 0 frees and returns NULL; ptr NULL allocates (old_size is 0); else resizes. Blocks are aligned
  *  as malloc's are. old_size is exact. The library resizes to less only, and where that is refused (NULL, ptr as it was) it takes another
- *  block. Large ones that scenes keep are asked to lie in huge pages (Linux: madvise). Threads: any that compute, at the same time. */
+ *  block. Those of 2 MiB and more that scenes keep are asked to lie in huge pages (Linux: madvise). Called from any thread that computes, at
+ *  the same time: it must be thread-safe. */
 typedef void *(*rt_allocate_fn)(void *user, void *ptr, size_t old_size, size_t new_size);
 /** The allocator of a context that is given none, for allocators that only count or limit: malloc, realloc and free; a block of 2 MiB and more
  *  lies in huge pages where the system has them, so that it is cleared and read faster. user, old_size are not looked at.
