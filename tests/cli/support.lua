@@ -105,13 +105,13 @@ end
 -- Runs `try(samples)` with more and more samples until it returns something: a render that a signal is to meet must last until it has come, which
 -- takes other work on another machine.
 function support.long_enough(try)
-  local samples = 64
+  local samples = 512
   while samples <= 65536 do
     local result = try(samples)
     if result then
       return result
     end
-    samples = samples * 4
+    samples = samples * 2
   end
   error "no number of samples is long enough"
 end
