@@ -31,10 +31,12 @@ endif()
 
 set(LIBRT_UNOPTIMIZED "" CACHE STRING "Folders of librt/ that are compiled with -O0, as in accel;trace;render")
 
-# Coverage for libFuzzer has to be in the whole library; the targets themselves are in tests/fuzz.
+# What reads files notes for libFuzzer where it has been (librt_fuzzed); what traces would only be slower for it. The targets are in tests/fuzz.
 option(LIBRT_FUZZ "Drive the fuzz targets with libFuzzer (Clang)" OFF)
 if(LIBRT_FUZZ)
-  add_compile_options(-fsanitize=fuzzer-no-link)
-  add_compile_definitions(FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION=1) # checksums are not held against a fuzzer
-  add_link_options(-fsanitize=fuzzer-no-link)
+  if(NOT CMAKE_C_COMPILER_ID MATCHES "Clang")
+    message(FATAL_ERROR "LIBRT_FUZZ=ON needs Clang's libFuzzer; the compiler is ${CMAKE_C_COMPILER_ID}")
+  endif()
+  set(librt_fuzzed -fsanitize=fuzzer-no-link)
+  add_link_options(${librt_fuzzed})
 endif()

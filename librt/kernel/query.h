@@ -124,7 +124,7 @@ RTK_FN void rtk_query_finish(rtk_query *q)
 {
     rtk_hit *h = &q->best;
     rtk_u32 placed = h->inst != RTK_INVALID;
-    RT_GLOBAL const rtk_instance *inst = &q->scene->instances[placed ? h->inst : 0u];
+    RT_GLOBAL const rtk_instance *inst = placed ? &q->scene->instances[h->inst] : q->scene->instances; /* NULL where there are none */
     RT_GLOBAL const rtk_group *group = &q->scene->groups[placed ? inst->group : 0u];
     rtk_ray ray = q->ray;
     if (q->bare || h->prim == RTK_INVALID || group->geoms[h->geom].type != RTK_GEOM_SHAPES)

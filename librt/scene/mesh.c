@@ -227,7 +227,8 @@ static void sum_normals(rti_mesh *m, uint32_t triangles)
             to[2] += n.z;
         }
     }
-    for (float *n = m->normals; n < m->normals + count; n += 3) {
+    for (size_t i = 0; i < count; i += 3) {
+        float *n = m->normals + i;
         if (!(rtk_fabs(n[0]) + rtk_fabs(n[1]) + rtk_fabs(n[2]) <= NORMAL_MAX))
             n[0] = n[1] = n[2] = 0.0f;
     }
