@@ -44,7 +44,7 @@ has_german() { have localedef && { test -f /usr/share/i18n/locales/de_DE || loca
 # Of the systems that are known here Debian alone has another machine's packages in the same archive.
 has_arm_packages() { test "$(uname -m)" = x86_64 && grep -q '^ID=debian' /etc/os-release 2>/dev/null; }
 has_clang_rt() {
-    have clang && test -n "$(find "$(clang -print-resource-dir 2>/dev/null)/lib" -name '*asan*.a' 2>/dev/null | head -n 1)"
+    have clang && test -n "$(find "$(clang -print-resource-dir 2>/dev/null)/lib" -name 'libclang_rt.asan*.so' 2>/dev/null | head -n 1)"
 }
 
 PACKAGES_BUILD='
@@ -70,7 +70,8 @@ gnuplot-nox     have gnuplot
 doxygen         have doxygen
 lua-ldoc        have ldoc
 clang           have clang
-libclang-rt-dev has_clang_rt'
+libclang-rt-dev has_clang_rt
+llvm            have llvm-symbolizer'
 
 PACKAGES_FULL='
 tachyon         have tachyon

@@ -31,7 +31,8 @@ endif()
 
 set(LIBRT_UNOPTIMIZED "" CACHE STRING "Folders of librt/ that are compiled with -O0, as in accel;trace;render")
 
-# What reads files notes for libFuzzer where it has been (librt_fuzzed); what traces would only be slower for it. The targets are in tests/fuzz.
+# What reads files notes for libFuzzer where it has been (librt_fuzzed); builders and tracers, which other tests run for minutes, do not. The
+# targets are in tests/fuzz.
 option(LIBRT_FUZZ "Drive the fuzz targets with libFuzzer (Clang)" OFF)
 if(LIBRT_FUZZ)
   if(NOT CMAKE_C_COMPILER_ID MATCHES "Clang")

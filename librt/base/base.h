@@ -152,7 +152,8 @@ double rti_thread_cpu(void); /* CPU seconds of the calling thread */
 uint64_t rti_core_cache(void); /* bytes of the cache that a core has to itself (level 2); 0: not known */
 bool rti_context_roomy(const rt_context *ctx); /* is that a MiB or more? as it was told when the context was made */
 void rti_sleep(double seconds);
-/* malloc; a block of 2 MiB and more lies in huge pages where the system has them. For free and realloc. */
+/* malloc; a block of 2 MiB and more lies in huge pages where the system has them. The last of them may hold up to 2 MiB that
+ * nobody asked for, a third of the block at most. For free and realloc. */
 void *rti_alloc_large(size_t size);
 /* What stands in a block will be read for long: its pages that are small, as the memory was somebody's before, become huge ones now,
  * where the system can (Linux 6.1). Nothing else changes, whoever gave the memory. */

@@ -35,12 +35,8 @@ static rt_status check_hash(rti_check_file *f)
     if (status != RT_OK)
         return status;
     here = rti_hasher_end(&h);
-#ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
     if (!rti_hash_equal(there, here))
         return damaged(f, "its checksum is wrong");
-#else
-    (void)here;
-#endif
     return RT_OK;
 }
 

@@ -97,7 +97,7 @@ rt_status rti_image_make(rt_context *ctx, uint32_t width, uint32_t height, uint3
         rti_free(ctx, made, sizeof *made);
         return rti_fail_memory(ctx, what, (size_t)bytes);
     }
-    if (!unseen || (!used && threads > 1)) /* new pages: all threads at once, or they would meet at each in their first tiles */
+    if (!unseen || (!used && threads > 1)) /* new pages: threads would meet at each in their first tiles */
         clear(made, threads);
     *image = made;
     return RT_OK;

@@ -355,7 +355,7 @@ static double area2(const float *p, uint32_t a, uint32_t b, uint32_t c)
 /* The triangles cover the polygon: areas of one sign, and their sum is the polygon's. */
 static void check_cut(const float *p, uint32_t n)
 {
-    uint32_t corners[64], scratch[RTI_POLYGON_SCRATCH * 64], tri[186];
+    uint32_t corners[64] = {0}, scratch[RTI_POLYGON_SCRATCH * 64], tri[186];
     double whole = 0, sum = 0;
     for (uint32_t i = 0; i < n; i++) {
         corners[i] = i;

@@ -68,7 +68,8 @@ typedef struct rt_transform {
  *  the same time: it must be thread-safe. */
 typedef void *(*rt_allocate_fn)(void *user, void *ptr, size_t old_size, size_t new_size);
 /** The allocator of a context that is given none, for allocators that only count or limit: malloc, realloc and free; a block of 2 MiB and more
- *  lies in huge pages where the system has them, so that it is cleared and read faster. user, old_size are not looked at.
+ *  lies in huge pages where the system has them, so that it is cleared and read faster; the last of them may hold up to 2 MiB more
+ *  than was asked for, a third of the block at most, which nothing counts. user, old_size are not looked at.
  *  Errors NULL: no memory; ptr stays as it is. Threads any number. Owner the caller owns the block. */
 RT_API void *rt_allocate(void *user, void *ptr, size_t old_size, size_t new_size);
 
