@@ -64,7 +64,7 @@ broken() {
     count 0 1
 }
 
-# Of a folder that another compiler has built CMake keeps the new compiler alone, so that it is asked once more for all else.
+# Of a folder that another compiler has built CMake keeps the new compiler alone, fails or not, so that it is asked once more for all else.
 configure() {
     # shellcheck disable=SC2086 # nothing or one argument
     cmake --preset "$variant" -DLIBRT_WERROR=ON $launcher "$@" >"$LOGS/$variant.log" 2>&1
@@ -76,8 +76,13 @@ build() {
     target=$2
     shift 2
     began=$(now)
-    if ! configure "$@" || { grep -q 'require your cache to be deleted' "$LOGS/$variant.log" && ! configure "$@"; } ||
-        ! cmake --build "out-$variant" --target "$target" -j "$JOBS" >>"$LOGS/$variant.log" 2>&1; then
+    configure "$@"
+    configured=$?
+    if grep -q 'require your cache to be deleted' "$LOGS/$variant.log"; then
+        configure "$@"
+        configured=$?
+    fi
+    if [ "$configured" -ne 0 ] || ! cmake --build "out-$variant" --target "$target" -j "$JOBS" >>"$LOGS/$variant.log" 2>&1; then
         broken "$variant" "does not build"
         return 1
     fi
