@@ -64,10 +64,16 @@ broken() {
     count 0 1
 }
 
-# Of a folder that another compiler has built CMake keeps the new compiler alone, fails or not, so that it is asked once more for all else.
+# configure [CMAKE ARGUMENTS]: the variant's preset. Of a folder that another compiler has built CMake keeps the new compiler alone, whether it
+# fails or not: it is asked once more for all else.
 configure() {
-    # shellcheck disable=SC2086 # nothing or one argument
-    cmake --preset "$variant" -DLIBRT_WERROR=ON $launcher "$@" >"$LOGS/$variant.log" 2>&1
+    for _ in once again; do
+        # shellcheck disable=SC2086 # nothing or one argument
+        cmake --preset "$variant" -DLIBRT_WERROR=ON $launcher "$@" >"$LOGS/$variant.log" 2>&1
+        configured=$?
+        grep -q 'require your cache to be deleted' "$LOGS/$variant.log" || break
+    done
+    return "$configured"
 }
 
 # build VARIANT TARGET [CMAKE ARGUMENTS]: configures a preset and builds a target of it.
@@ -76,13 +82,7 @@ build() {
     target=$2
     shift 2
     began=$(now)
-    configure "$@"
-    configured=$?
-    if grep -q 'require your cache to be deleted' "$LOGS/$variant.log"; then
-        configure "$@"
-        configured=$?
-    fi
-    if [ "$configured" -ne 0 ] || ! cmake --build "out-$variant" --target "$target" -j "$JOBS" >>"$LOGS/$variant.log" 2>&1; then
+    if ! configure "$@" || ! cmake --build "out-$variant" --target "$target" -j "$JOBS" >>"$LOGS/$variant.log" 2>&1; then
         broken "$variant" "does not build"
         return 1
     fi
