@@ -23,6 +23,7 @@
  *   rti_nines(p, to)                                  to[k][i] = p[9 i + k], for k below 9 and i below 16
  *   rti_sixes(from, p)                                p[6 i + k] = from[k][i], for k below 6 and i below 16
  *   rti_sums(a, b, c, to)                             to[i] = a[i], b[i], c[i] and 0, for i below 16; a, b, c: of 16 uint64_t
+ *   rti_u32_unlike(p, word)                           of p[0] to p[15] those that are not `word`, as bits
  *   rti_sum_add(p, a)                                 p[0] to p[3] grow by an rti_sum
  *
  * Where RTI_PACK8 is defined (AVX2, AVX-512), of lanes chosen by bits, too; N: the widest, RTI_SIMD:
@@ -164,6 +165,15 @@ RTI_VEC void rti_f4_turn(const rti_f4 a[4], rti_f4 b[4])
 }
 
 #if RTI_SIMD == 4
+RTI_VEC uint32_t rti_u32_unlike(const uint32_t p[16], uint32_t word)
+{
+    typedef uint32_t words __attribute__((vector_size(16), aligned(4), may_alias));
+    const words all = {word, word, word, word};
+    uint32_t bits = 0;
+    for (uint32_t i = 0; i < 16; i += 4)
+        bits |= rti_m4_bits((rti_m4)(*(const words *)(const void *)(p + i) != all)) << i;
+    return bits;
+}
 RTI_VEC rti_f4 rti_f4_take(const float *p, const int32_t lanes[4])
 {
     const float a[4] = {p[lanes[0]], p[lanes[1]], p[lanes[2]], p[lanes[3]]};

@@ -41,6 +41,7 @@ typedef struct rti_looks {
     float index[RTK_BLOCK] RTI_ROW; /* of refraction */
     uint32_t of_all;                /* the material of all lanes, or RTK_INVALID */
     bool shown, mirrors, clear;     /* some lane has ambient light; reflects; is transparent */
+    bool shiny;                     /* has highlights */
 } rti_looks;
 
 typedef struct rti_sheaf {

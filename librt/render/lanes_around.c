@@ -5,7 +5,8 @@
 #include "lanes_shadow.h"
 #include "lanes_table.h"
 
-#define LIT(row) rti_lit_from(w, RTI_LIT_##row, at)
+#define LIT(row)  rti_lit_from(w, RTI_LIT_##row, at)
+#define NORMAL(i) rti_lit_normal(w, i, at)
 
 /* Points of camera rays, behind those that are noted: each shows its throughput where it is open. */
 void RTI_ISA_FN(rti_lanes_ao)(rti_worker *w, rti_sheaf *c)
@@ -48,9 +49,9 @@ RTI_LANES_FN static void seed_pairs(const uint32_t *seed, rti_pair_seeds *pairs)
 RTI_LANES_FN static void spread(const rti_worker *w, uint32_t at, const rti_pair_seeds *pairs, const uint32_t *first, uint32_t j,
                                 rti_shadow_lanes *s)
 {
-    const float *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
+    const float *nx = NORMAL(0), *ny = NORMAL(1), *nz = NORMAL(2), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
     float x[RTK_BLOCK] RTI_ROW, y[RTK_BLOCK] RTI_ROW;
-    uint32_t plain[RTK_BLOCK] RTI_ROW, rare = 0;
+    uint32_t plain[RTK_BLOCK] RTI_ROW, rare;
     rti_draw_pairs(pairs, RTK_DIM_AO_U, first, j, x, y);
     RTI_EACH_LANE(k)
     {
@@ -61,16 +62,13 @@ RTI_LANES_FN static void spread(const rti_worker *w, uint32_t at, const rti_pair
         s->dy[k] = dir.y;
         s->dz[k] = dir.z;
     }
-    RTI_EACH_LANE_INNER(k)
-    rare |= !plain[k];
-    for (uint32_t k = 0; k < RTK_BLOCK && rare; k++) {
-        if (!plain[k]) {
-            rtk_uv u = {x[k], y[k]};
-            rtk_vec3 dir = rtk_cosine_direction(rtk_v3(nx[k], ny[k], nz[k]), u);
-            s->dx[k] = dir.x;
-            s->dy[k] = dir.y;
-            s->dz[k] = dir.z;
-        }
+    for (rare = rti_u32_unlike(plain, 1); rare != 0; rare &= rare - 1) {
+        const uint32_t k = (uint32_t)__builtin_ctz(rare);
+        rtk_uv u = {x[k], y[k]};
+        rtk_vec3 dir = rtk_cosine_direction(rtk_v3(nx[k], ny[k], nz[k]), u);
+        s->dx[k] = dir.x;
+        s->dy[k] = dir.y;
+        s->dz[k] = dir.z;
     }
     RTI_EACH_LANE(k)
     s->goes[k] = rtk_dot3(rtk_v3(s->dx[k], s->dy[k], s->dz[k]), rtk_v3(gx[k], gy[k], gz[k])) > 0.0f;

@@ -13,7 +13,7 @@ RTI_LANES_FN static inline void rti_load_looks(const rtk_scene *scene, rti_sheaf
 {
     rti_looks *l = &c->looks;
     const rtk_material *m = &scene->materials[c->material[0]];
-    float ambient = 0.0f, mirror = 0.0f, clear = 0.0f;
+    float ambient = 0.0f, mirror = 0.0f, clear = 0.0f, specular = 0.0f;
     if (c->one_material && l->of_all == c->material[0])
         return;
     if (c->one_material) {
@@ -32,6 +32,7 @@ RTI_LANES_FN static inline void rti_load_looks(const rtk_scene *scene, rti_sheaf
         ambient = a;
         mirror = r;
         clear = t;
+        specular = s;
     } else {
         RTI_EACH_LANE(k)
         {
@@ -46,12 +47,14 @@ RTI_LANES_FN static inline void rti_load_looks(const rtk_scene *scene, rti_sheaf
             ambient = rtk_max(ambient, m->ambient);
             mirror = rtk_max(mirror, m->reflectiveness);
             clear = rtk_max(clear, m->transparency);
+            specular = rtk_max(specular, m->specular);
         }
     }
     l->of_all = c->one_material ? c->material[0] : RTK_INVALID;
     l->shown = ambient > 0.0f;
     l->mirrors = mirror > 0.0f;
     l->clear = clear > 0.0f;
+    l->shiny = specular > 0.0f;
 }
 
 /* Points that may be lit are noted in two halves. First where they are, from where they are seen, and their highlights; what is
@@ -61,11 +64,11 @@ static inline float *rti_lit_row(const rti_worker *w, uint32_t row)
     return w->lit + (size_t)row * w->lit_stride + w->lit_count;
 }
 
-RTI_LANES_FN static inline void rti_note_seen(rti_worker *w, const rti_sheaf *c, const rti_looks *l)
+/* Highlights, and the ways to who sees them, of points that have some, or stand among such. */
+RTI_LANES_FN static inline void rti_note_shiny(const rti_worker *w, const rti_sheaf *c, const rti_looks *l)
 {
     float *vx = rti_lit_row(w, RTI_LIT_VX), *vy = rti_lit_row(w, RTI_LIT_VY), *vz = rti_lit_row(w, RTI_LIT_VZ);
     float *sr = rti_lit_row(w, RTI_LIT_SR), *sg = rti_lit_row(w, RTI_LIT_SG), *sb = rti_lit_row(w, RTI_LIT_SB);
-    rti_note_points(w, c);
     memcpy(rti_lit_row(w, RTI_LIT_SHININESS), l->shininess, sizeof l->shininess);
     RTI_EACH_LANE(k)
     {
@@ -79,21 +82,32 @@ RTI_LANES_FN static inline void rti_note_seen(rti_worker *w, const rti_sheaf *c,
     }
 }
 
+static inline void rti_note_seen(rti_worker *w, const rti_sheaf *c, const rti_looks *l)
+{
+    rti_note_points(w, c);
+    if (l->shiny && !w->lit_shiny) {
+        w->lit_shiny = true;
+        for (uint32_t row = RTI_LIT_SR; row <= RTI_LIT_SB; row++)
+            memset(w->lit + row * (size_t)w->lit_stride, 0, w->lit_count * sizeof *w->lit);
+    }
+    if (w->lit_shiny)
+        rti_note_shiny(w, c, l);
+}
+
 /* Then only those stay that some light can be seen in. What stands behind the count is overwritten by the next. */
 RTI_LANES_FN static inline void rti_note_lit(rti_worker *w, const rti_sheaf *c)
 {
     const float *kr = rti_lit_row(w, RTI_LIT_KR), *kg = rti_lit_row(w, RTI_LIT_KG), *kb = rti_lit_row(w, RTI_LIT_KB);
     const float *sr = rti_lit_row(w, RTI_LIT_SR), *sg = rti_lit_row(w, RTI_LIT_SG), *sb = rti_lit_row(w, RTI_LIT_SB);
     float *from = w->lit + w->lit_count;
-    uint32_t lit[RTK_BLOCK] RTI_ROW, dark = 0;
+    uint32_t lit[RTK_BLOCK] RTI_ROW;
     RTI_EACH_LANE(k)
-    {
-        const int dull = rtk_maxabs(rtk_v3(kr[k], kg[k], kb[k])) == 0.0f, matt = rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) == 0.0f;
-        lit[k] = (uint32_t) !(dull & matt);
+    lit[k] = (uint32_t) !(rtk_maxabs(rtk_v3(kr[k], kg[k], kb[k])) == 0.0f);
+    if (w->lit_shiny) {
+        RTI_EACH_LANE(k)
+        lit[k] |= (uint32_t) !(rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) == 0.0f);
     }
-    RTI_EACH_LANE(k)
-    dark |= !lit[k];
-    if (!dark) {
+    if (rti_u32_unlike(lit, 1) == 0) {
         w->lit_count += c->count;
         return;
     }
@@ -232,7 +246,7 @@ typedef struct rti_bent {
 
 RTI_LANES_FN static inline void rti_bend_lanes(const rti_sheaf *c, const rti_looks *l, rti_bent *b)
 {
-    uint32_t odd[RTK_BLOCK] RTI_ROW, rare = 0;
+    uint32_t odd[RTK_BLOCK] RTI_ROW, rare;
     float ratio[RTK_BLOCK] RTI_ROW;
     RTI_EACH_LANE(k)
     {
@@ -247,17 +261,14 @@ RTI_LANES_FN static inline void rti_bend_lanes(const rti_sheaf *c, const rti_loo
         b->dy[k] = dir.y;
         b->dz[k] = dir.z;
     }
-    RTI_EACH_LANE(k)
-    rare |= odd[k];
-    for (uint32_t k = 0; k < RTK_BLOCK && rare; k++) {
-        if (odd[k]) {
-            rtk_vec3 dir = {0.0f, 0.0f, 0.0f};
-            b->through[k] = (uint32_t)rtk_bend(rtk_v3(c->dx[k], c->dy[k], c->dz[k]), rtk_v3(c->nx[k], c->ny[k], c->nz[k]),
-                                               rtk_v3(c->gx[k], c->gy[k], c->gz[k]), ratio[k], &dir);
-            b->dx[k] = dir.x;
-            b->dy[k] = dir.y;
-            b->dz[k] = dir.z;
-        }
+    for (rare = rti_u32_unlike(odd, 0); rare != 0; rare &= rare - 1) {
+        const uint32_t k = (uint32_t)__builtin_ctz(rare);
+        rtk_vec3 dir = {0.0f, 0.0f, 0.0f};
+        b->through[k] = (uint32_t)rtk_bend(rtk_v3(c->dx[k], c->dy[k], c->dz[k]), rtk_v3(c->nx[k], c->ny[k], c->nz[k]),
+                                           rtk_v3(c->gx[k], c->gy[k], c->gz[k]), ratio[k], &dir);
+        b->dx[k] = dir.x;
+        b->dy[k] = dir.y;
+        b->dz[k] = dir.z;
     }
     RTI_EACH_LANE(k)
     {

@@ -42,10 +42,10 @@ static inline void rti_add_lanes(rti_worker *w, const uint32_t *home, uint32_t m
     const float scale = w->frame->film_scale;
     uint64_t r[RTK_BLOCK] RTI_ROW, g[RTK_BLOCK] RTI_ROW, b[RTK_BLOCK] RTI_ROW;
     rti_sum add[RTK_BLOCK] RTI_ROW; /* RTK_FILM_CHANNELS of each lane */
-    uint32_t rare = 0;
+    uint32_t fits[RTK_BLOCK] RTI_ROW;
     RTI_EACH_LANE(k)
-    rare |= (uint32_t) !(rtk_fabs(l->r[k]) + rtk_fabs(l->g[k]) + rtk_fabs(l->b[k]) <= RTK_FILM_LIMIT);
-    if (rare) {
+    fits[k] = rtk_fabs(l->r[k]) + rtk_fabs(l->g[k]) + rtk_fabs(l->b[k]) <= RTK_FILM_LIMIT;
+    if (rti_u32_unlike(fits, 1) != 0) {
         for (uint32_t k = 0; k < RTK_BLOCK; k++)
             if (mask >> k & 1u)
                 rti_add(w, home[k], rtk_v3(l->r[k], l->g[k], l->b[k]));

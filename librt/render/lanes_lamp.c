@@ -8,7 +8,8 @@
 #include "lanes_shadow.h"
 #include "lanes_table.h"
 
-#define LIT(row) rti_lit_from(w, RTI_LIT_##row, at)
+#define LIT(row)  rti_lit_from(w, RTI_LIT_##row, at)
+#define NORMAL(i) rti_lit_normal(w, i, at)
 
 /* Each lane's light, and where on it. */
 typedef struct lamps {
@@ -31,7 +32,6 @@ typedef struct samples {
 /* The lamps index[] names: records that lie here and there, lane after lane. */
 static void load_lamps(const rtk_light *lights, lamps *a)
 {
-    uint32_t differ = 0;
     memset(a->kinds, 0, sizeof a->kinds);
     for (uint32_t k = 0; k < RTK_BLOCK; k++) {
         const rtk_light *l = &lights[a->index[k]];
@@ -46,9 +46,8 @@ static void load_lamps(const rtk_light *lights, lamps *a)
         a->select_pdf[k] = l->select_pdf;
         a->is_met[k] = (uint32_t)rtk_light_is_met(l);
         a->kinds[l->type] |= 1u << k;
-        differ |= a->index[k] ^ a->index[0];
     }
-    a->common = differ == 0 ? a->index[0] : RTI_LIGHT_MIXED;
+    a->common = rti_u32_unlike(a->index, a->index[0]) == 0 ? a->index[0] : RTI_LIGHT_MIXED;
 }
 
 /* Lane k's light as far as it is asked for where it is and how bright. */
@@ -100,7 +99,7 @@ RTI_LANES_FN static void towards_suns(const lamps *a, samples *s)
 RTI_LANES_FN static void towards_spheres(const rti_worker *w, uint32_t at, const lamps *a, samples *s)
 {
     const float *px = LIT(PX), *py = LIT(PY), *pz = LIT(PZ);
-    uint32_t plain[RTK_BLOCK] RTI_ROW, rare = 0;
+    uint32_t plain[RTK_BLOCK] RTI_ROW, rare;
     RTI_EACH_LANE(k)
     {
         const rtk_light l = lamp_at(a, k);
@@ -108,13 +107,10 @@ RTI_LANES_FN static void towards_spheres(const rti_worker *w, uint32_t at, const
         plain[k] = (uint32_t)rtk_light_sphere_plain(&l, rtk_v3(px[k], py[k], pz[k]), a->u[k], a->v[k], &from);
         keep_sample(s, k, from);
     }
-    RTI_EACH_LANE(k)
-    rare |= !plain[k];
-    for (uint32_t k = 0; k < RTK_BLOCK && rare; k++) {
-        if (!plain[k]) {
-            const rtk_light l = lamp_at(a, k);
-            keep_sample(s, k, rtk_light_sphere(&l, rtk_v3(px[k], py[k], pz[k]), a->u[k], a->v[k]));
-        }
+    for (rare = rti_u32_unlike(plain, 1); rare != 0; rare &= rare - 1) {
+        const uint32_t k = (uint32_t)__builtin_ctz(rare);
+        const rtk_light l = lamp_at(a, k);
+        keep_sample(s, k, rtk_light_sphere(&l, rtk_v3(px[k], py[k], pz[k]), a->u[k], a->v[k]));
     }
 }
 
@@ -122,7 +118,7 @@ RTI_LANES_FN static void towards_spheres(const rti_worker *w, uint32_t at, const
 static inline void aim(const rti_worker *w, uint32_t at, uint32_t type, const lamps *a, const samples *from, rti_shadow_lanes *s)
 {
     const float *px = LIT(PX), *py = LIT(PY), *pz = LIT(PZ), *error = LIT(ERROR);
-    const float *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
+    const float *nx = NORMAL(0), *ny = NORMAL(1), *nz = NORMAL(2), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
     RTI_EACH_LANE(k)
     {
         const rtk_light l = lamp_at(a, k);
@@ -229,7 +225,7 @@ static void choose(const rti_worker *w, uint32_t at, uint32_t n, lamps *a)
 RTI_LANES_FN static uint32_t weigh_choice(const rti_worker *w, uint32_t at, const lamps *a, const samples *s, float *share,
                                           float *scale)
 {
-    const float *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ), *pdf = LIT(DIFFUSE_PDF);
+    const float *nx = NORMAL(0), *ny = NORMAL(1), *nz = NORMAL(2), *pdf = LIT(DIFFUSE_PDF);
     uint32_t some[RTK_BLOCK] RTI_ROW;
     RTI_EACH_LANE(k)
     {
@@ -277,7 +273,7 @@ void RTI_ISA_FN(rti_lanes_one)(rti_worker *w)
 RTI_LANES_FN static uint32_t in_front(const rti_worker *w, uint32_t at, const lamps *a)
 {
     const float *px = LIT(PX), *py = LIT(PY), *pz = LIT(PZ);
-    const float *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
+    const float *nx = NORMAL(0), *ny = NORMAL(1), *nz = NORMAL(2), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
     uint32_t some[RTK_BLOCK] RTI_ROW;
     RTI_EACH_LANE(k)
     {

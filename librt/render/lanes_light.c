@@ -9,22 +9,21 @@
 
 #define LIT(row) rti_lit_from(w, RTI_LIT_##row, at)
 
-/* `type`, and whether the light has a body, are constants of the caller: no lane asks for them. */
-static inline void towards(const rti_worker *w, const rtk_light *light, uint32_t type, bool body, uint32_t at,
+/* `type`, whether the light has a body, and falls off, are constants of the caller: no lane asks for them. */
+static inline void towards(const rti_worker *w, const rtk_light *light, uint32_t type, bool body, bool falls, uint32_t at,
                            rti_shadow_lanes *s)
 {
-    const rtk_light l = *light;
-    const float *px = LIT(PX), *py = LIT(PY), *pz = LIT(PZ), *error = LIT(ERROR);
-    const float *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
+    const float *px = LIT(PX), *py = LIT(PY), *pz = LIT(PZ), *error = LIT(ERROR), *gx = LIT(GX), *gy = LIT(GY), *gz = LIT(GZ);
+    rtk_light l = *light;
+    if (!falls)
+        l.falloff = 0.0f;
     RTI_EACH_LANE(k)
     {
-        rtk_vec3 p = rtk_v3(px[k], py[k], pz[k]), n = rtk_v3(nx[k], ny[k], nz[k]), g = rtk_v3(gx[k], gy[k], gz[k]), org;
+        rtk_vec3 p = rtk_v3(px[k], py[k], pz[k]), g = rtk_v3(gx[k], gy[k], gz[k]), org;
         rtk_light_sample toward = type == RTK_LIGHT_POINT ? rtk_light_point(&l, p) : rtk_light_directional(&l);
-        float cosine = rtk_dot3(n, toward.dir);
+        float cosine = rtk_dot3(g, toward.dir);
         float reach = body ? rtk_light_reach_body(&l, p, toward) : toward.distance;
-        int seen = !rtk_light_behind_flat(&l, type, p, n), above = !rtk_light_behind_flat(&l, type, p, g);
-        int front = cosine > 0.0f, over = rtk_dot3(g, toward.dir) > 0.0f;
-        s->goes[k] = (uint32_t)(seen & above & front & over);
+        s->goes[k] = (uint32_t)((!rtk_light_behind_flat(&l, type, p, g)) & (cosine > 0.0f));
         org = rtk_madd(p, 2.0f * error[k], g);
         s->ox[k] = org.x;
         s->oy[k] = org.y;
@@ -40,19 +39,38 @@ static inline void towards(const rti_worker *w, const rtk_light *light, uint32_t
     }
 }
 
+/* Shading normals of their own tell the cosines, and must see the light, too. */
+RTI_LANES_FN static void face(const rti_worker *w, const rtk_light *light, uint32_t type, uint32_t at, rti_shadow_lanes *s)
+{
+    const float *px = LIT(PX), *py = LIT(PY), *pz = LIT(PZ), *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ);
+    const rtk_light l = *light;
+    RTI_EACH_LANE(k)
+    {
+        const rtk_vec3 p = rtk_v3(px[k], py[k], pz[k]), n = rtk_v3(nx[k], ny[k], nz[k]);
+        const float cosine = rtk_dot3(n, rtk_v3(s->dx[k], s->dy[k], s->dz[k]));
+        s->goes[k] &= (uint32_t)((!rtk_light_behind_flat(&l, type, p, n)) & (cosine > 0.0f));
+        s->cosine[k] = cosine;
+    }
+}
+
 RTI_LANES_FN static void towards_point(const rti_worker *w, const rtk_light *light, uint32_t at, rti_shadow_lanes *s)
 {
-    towards(w, light, RTK_LIGHT_POINT, false, at, s);
+    towards(w, light, RTK_LIGHT_POINT, false, false, at, s);
+}
+
+RTI_LANES_FN static void towards_falling(const rti_worker *w, const rtk_light *light, uint32_t at, rti_shadow_lanes *s)
+{
+    towards(w, light, RTK_LIGHT_POINT, false, true, at, s);
 }
 
 RTI_LANES_FN static void towards_lamp(const rti_worker *w, const rtk_light *light, uint32_t at, rti_shadow_lanes *s)
 {
-    towards(w, light, RTK_LIGHT_POINT, true, at, s);
+    towards(w, light, RTK_LIGHT_POINT, true, true, at, s);
 }
 
 RTI_LANES_FN static void towards_sun(const rti_worker *w, const rtk_light *light, uint32_t at, rti_shadow_lanes *s)
 {
-    towards(w, light, RTK_LIGHT_DIRECTIONAL, false, at, s);
+    towards(w, light, RTK_LIGHT_DIRECTIONAL, false, false, at, s);
 }
 
 RTI_LANES_FN static void weigh(const rti_worker *w, uint32_t at, rti_shadow_lanes *s)
@@ -74,8 +92,12 @@ void RTI_ISA_FN(rti_lanes_shine)(rti_worker *w, uint32_t index)
             towards_sun(w, light, at, &s);
         else if (light->body_radius > 0.0f)
             towards_lamp(w, light, at, &s);
+        else if (light->falloff > 0.0f)
+            towards_falling(w, light, at, &s);
         else
             towards_point(w, light, at, &s);
+        if (w->lit_smooth)
+            face(w, light, light->type, at, &s);
         weigh(w, at, &s);
         if (w->frame->set.desc.shadows)
             rti_queue_lanes(w, index, NULL, at, rti_lanes_of(s.goes, n), &s);

@@ -102,7 +102,7 @@ RTI_LANES_FN static void draw(const rti_worker *w, const rti_sheaf *c, const rti
 RTI_LANES_FN static void scatter(const rti_sheaf *c, const lobes *s, rti_leaving *to)
 {
     float x[RTK_BLOCK] RTI_ROW, y[RTK_BLOCK] RTI_ROW;
-    uint32_t plain[RTK_BLOCK] RTI_ROW, rare = 0;
+    uint32_t plain[RTK_BLOCK] RTI_ROW, rare;
     RTI_EACH_LANE(k)
     { /* rtk_random2_at */
         x[k] = rtk_unit_float(rtk_scrambled(s->seed[k], s->place[k], RTK_DIM_BSDF_U));
@@ -117,16 +117,13 @@ RTI_LANES_FN static void scatter(const rti_sheaf *c, const lobes *s, rti_leaving
         to->dy[k] = dir.y;
         to->dz[k] = dir.z;
     }
-    RTI_EACH_LANE(k)
-    rare |= !plain[k];
-    for (uint32_t k = 0; k < RTK_BLOCK && rare; k++) {
-        if (!plain[k]) {
-            rtk_uv u = {x[k], y[k]};
-            rtk_vec3 dir = rtk_cosine_direction(rtk_v3(c->nx[k], c->ny[k], c->nz[k]), u);
-            to->dx[k] = dir.x;
-            to->dy[k] = dir.y;
-            to->dz[k] = dir.z;
-        }
+    for (rare = rti_u32_unlike(plain, 1); rare != 0; rare &= rare - 1) {
+        const uint32_t k = (uint32_t)__builtin_ctz(rare);
+        rtk_uv u = {x[k], y[k]};
+        rtk_vec3 dir = rtk_cosine_direction(rtk_v3(c->nx[k], c->ny[k], c->nz[k]), u);
+        to->dx[k] = dir.x;
+        to->dy[k] = dir.y;
+        to->dz[k] = dir.z;
     }
 }
 
@@ -176,7 +173,6 @@ RTI_LANES_FN static void send_other(rti_worker *w, const rti_sheaf *c, const rti
 RTI_LANES_FN static void go_on(rti_worker *w, const rti_sheaf *c, const rti_looks *l, const rti_bent *b, lobes *s)
 {
     uint32_t diffuse[RTK_BLOCK] RTI_ROW, mirror[RTK_BLOCK] RTI_ROW, crossing[RTK_BLOCK] RTI_ROW;
-    uint32_t some = 0, mirrors = 0, crossings = 0;
     rti_leaving from, to;
     rti_leaving_of(w, c, &from);
     draw(w, c, &from, s);
@@ -187,19 +183,16 @@ RTI_LANES_FN static void go_on(rti_worker *w, const rti_sheaf *c, const rti_look
         diffuse[k] = s->goes[k] & first;
         mirror[k] = s->goes[k] & (first ^ 1u) & second;
         crossing[k] = s->goes[k] & (first ^ 1u) & (second ^ 1u);
-        some |= diffuse[k];
-        mirrors |= mirror[k];
-        crossings |= crossing[k];
     }
-    if (some) {
+    if (rti_u32_unlike(diffuse, 0) != 0) {
         to = from;
         send_diffuse(w, c, s, diffuse, &to);
     }
-    if (mirrors) {
+    if (rti_u32_unlike(mirror, 0) != 0) {
         to = from;
         send_other(w, c, l, b, s, mirror, &to, false);
     }
-    if (crossings)
+    if (rti_u32_unlike(crossing, 0) != 0)
         send_other(w, c, l, b, s, crossing, &from, true);
 }
 

@@ -162,12 +162,10 @@ static void put_some(rti_sheaf *c, const uint32_t *some, const rti_sheaf *from)
 
 void RTI_ISA_FN(rti_lanes_placed)(const rtk_scene *scene, rti_sheaf *c)
 {
-    uint32_t group[RTK_BLOCK] RTI_ROW, left = (1u << RTK_BLOCK) - 1, differ = 0;
+    uint32_t group[RTK_BLOCK] RTI_ROW, left = (1u << RTK_BLOCK) - 1;
     for (uint32_t k = 0; k < RTK_BLOCK; k++)
         group[k] = scene->instances[c->inst[k]].group;
-    RTI_EACH_LANE(k)
-    differ |= group[k] ^ group[0];
-    if (differ == 0) {
+    if (rti_u32_unlike(group, group[0]) == 0) {
         place(scene, c);
         return;
     }

@@ -52,10 +52,7 @@ static inline void rti_take_rows(const rti_sheaf *c, const void *from, size_t si
 /* Of a row of 0 and 1 the first n as bits. */
 static inline uint32_t rti_lanes_of(const uint32_t *some, uint32_t n)
 {
-    uint32_t lanes = 0;
-    RTI_EACH_LANE(k)
-    lanes |= some[k] << k;
-    return lanes & ((1u << n) - 1);
+    return rti_u32_unlike(some, 0) & ((1u << n) - 1);
 }
 
 /* The numbers of chosen lanes, the first of which is `first`, side by side. */
@@ -80,13 +77,21 @@ static inline void rti_put_numbers(uint32_t *to, uint32_t first, uint32_t lanes)
 /* Where a sheaf's points are, behind those that are noted: their rows up to the geometric normal, their rays and homes. */
 static inline void rti_note_points(rti_worker *w, const rti_sheaf *c)
 {
-    const float *const rows[] = {c->px, c->py, c->pz, c->error, c->nx, c->ny, c->nz, c->gx, c->gy, c->gz};
+    const float *const rows[] = {c->px, c->py, c->pz, c->error, c->gx, c->gy, c->gz}, *const normals[] = {c->nx, c->ny, c->nz};
+    if (c->smooth && !w->lit_smooth) {
+        w->lit_smooth = true;
+        for (uint32_t r = 0; r < 3; r++)
+            memcpy(w->lit + (RTI_LIT_NX + r) * (size_t)w->lit_stride, w->lit + (RTI_LIT_GX + r) * (size_t)w->lit_stride,
+                   w->lit_count * sizeof *w->lit);
+    }
     for (uint32_t r = 0; r <= RTI_LIT_GZ; r++)
-        memcpy(w->lit + r * w->lit_stride + w->lit_count, rows[r], RTK_BLOCK * sizeof *rows[r]);
+        memcpy(w->lit + r * (size_t)w->lit_stride + w->lit_count, rows[r], RTK_BLOCK * sizeof *w->lit);
+    for (uint32_t r = 0; r < 3 && w->lit_smooth; r++)
+        memcpy(w->lit + (RTI_LIT_NX + r) * (size_t)w->lit_stride + w->lit_count, normals[r], RTK_BLOCK * sizeof *w->lit);
     memcpy(w->lit_ray + w->lit_count, c->ray, sizeof c->ray);
     memcpy(w->lit_home + w->lit_count, c->home, sizeof c->home);
 }
-_Static_assert(RTI_LIT_PX == 0 && RTI_LIT_ERROR == 3 && RTI_LIT_NX == 4 && RTI_LIT_GX == 7 && RTI_LIT_GZ == 9, "their order");
+_Static_assert(RTI_LIT_PX == 0 && RTI_LIT_ERROR == 3 && RTI_LIT_GX == 4 && RTI_LIT_GZ == 6, "their order");
 
 /* Where chosen lanes of rows go: from place k of a block's rows on, side by side. */
 typedef struct rti_places {

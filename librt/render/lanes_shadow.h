@@ -23,59 +23,77 @@ static inline const float *rti_lit_from(const rti_worker *w, uint32_t row, uint3
     return w->lit + (size_t)row * w->lit_stride + at;
 }
 
-/* What each brings where nothing is between; a lane to which it brings nothing does not go. shares, a constant of the caller:
- * there are weights of the Lambert part, `share`, and of all, `scale`. */
-static inline void rti_weigh_lanes(const rti_worker *w, uint32_t at, bool shares, const float *share, const float *scale,
-                                   rti_shadow_lanes *s)
+/* Coordinate i of their shading normals. */
+static inline const float *rti_lit_normal(const rti_worker *w, uint32_t i, uint32_t at)
+{
+    return rti_lit_from(w, (w->lit_smooth ? RTI_LIT_NX : RTI_LIT_GX) + i, at);
+}
+
+/* How much of their highlights points show that light comes to, and false where none has any to show. */
+static inline bool rti_shine_lanes(const rti_worker *w, uint32_t at, const rti_shadow_lanes *s, float *shine)
+{
+    const float *sr = rti_lit_from(w, RTI_LIT_SR, at), *sg = rti_lit_from(w, RTI_LIT_SG, at),
+                *sb = rti_lit_from(w, RTI_LIT_SB, at);
+    const float *nx = rti_lit_normal(w, 0, at), *ny = rti_lit_normal(w, 1, at), *nz = rti_lit_normal(w, 2, at);
+    const float *vx = rti_lit_from(w, RTI_LIT_VX, at), *vy = rti_lit_from(w, RTI_LIT_VY, at),
+                *vz = rti_lit_from(w, RTI_LIT_VZ, at);
+    const float *power = rti_lit_from(w, RTI_LIT_SHININESS, at);
+    uint32_t glossy[RTK_BLOCK] RTI_ROW, odd[RTK_BLOCK] RTI_ROW, rare;
+    RTI_EACH_LANE(k)
+    glossy[k] = s->goes[k] & (uint32_t)(rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) > 0.0f);
+    if (rti_u32_unlike(glossy, 0) == 0)
+        return false;
+    RTI_EACH_LANE(k)
+    {
+        float bright;
+        const int plain = rtk_highlight_plain(power[k], rtk_v3(nx[k], ny[k], nz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]),
+                                              rtk_v3(vx[k], vy[k], vz[k]), &bright);
+        shine[k] = bright;
+        odd[k] = glossy[k] & (uint32_t)!plain;
+    }
+    for (rare = rti_u32_unlike(odd, 0); rare != 0; rare &= rare - 1) {
+        const uint32_t k = (uint32_t)__builtin_ctz(rare);
+        shine[k] = rtk_highlight(power[k], rtk_v3(nx[k], ny[k], nz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]),
+                                 rtk_v3(vx[k], vy[k], vz[k]));
+    }
+    return true;
+}
+
+/* As rti_weigh_lanes; shine: NULL, where no highlight shows: constants of the caller. */
+static inline void rti_weigh_by(const rti_worker *w, uint32_t at, const float *shine, bool shares, const float *share,
+                                const float *scale, rti_shadow_lanes *s)
 {
     const float *kr = rti_lit_from(w, RTI_LIT_KR, at), *kg = rti_lit_from(w, RTI_LIT_KG, at),
                 *kb = rti_lit_from(w, RTI_LIT_KB, at);
     const float *sr = rti_lit_from(w, RTI_LIT_SR, at), *sg = rti_lit_from(w, RTI_LIT_SG, at),
                 *sb = rti_lit_from(w, RTI_LIT_SB, at);
-    float shine[RTK_BLOCK] RTI_ROW;
-    uint32_t any = 0;
     RTI_EACH_LANE(k)
     {
-        uint32_t glossy = (uint32_t)(rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) > 0.0f);
-        shine[k] = 0.0f;
-        any |= glossy & s->goes[k];
-    }
-    if (any) {
-        const float *nx = rti_lit_from(w, RTI_LIT_NX, at), *ny = rti_lit_from(w, RTI_LIT_NY, at),
-                    *nz = rti_lit_from(w, RTI_LIT_NZ, at);
-        const float *vx = rti_lit_from(w, RTI_LIT_VX, at), *vy = rti_lit_from(w, RTI_LIT_VY, at),
-                    *vz = rti_lit_from(w, RTI_LIT_VZ, at);
-        const float *power = rti_lit_from(w, RTI_LIT_SHININESS, at);
-        uint32_t odd[RTK_BLOCK] RTI_ROW, rare = 0;
-        RTI_EACH_LANE(k)
-        {
-            float bright;
-            const int glossy = s->goes[k] & (uint32_t)(rtk_maxabs(rtk_v3(sr[k], sg[k], sb[k])) > 0.0f);
-            const int plain = rtk_highlight_plain(power[k], rtk_v3(nx[k], ny[k], nz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]),
-                                                  rtk_v3(vx[k], vy[k], vz[k]), &bright);
-            shine[k] = bright;
-            odd[k] = (uint32_t)(glossy & !plain);
-        }
-        RTI_EACH_LANE(k)
-        rare |= odd[k];
-        for (uint32_t k = 0; k < RTK_BLOCK && rare; k++)
-            if (odd[k])
-                shine[k] = rtk_highlight(power[k], rtk_v3(nx[k], ny[k], nz[k]), rtk_v3(s->dx[k], s->dy[k], s->dz[k]),
-                                         rtk_v3(vx[k], vy[k], vz[k]));
-    }
-    RTI_EACH_LANE(k)
-    {
-        rtk_vec3 c = rtk_v3(kr[k], kg[k], kb[k]), spec = rtk_v3(sr[k], sg[k], sb[k]), add;
-        int glossy = rtk_maxabs(spec) > 0.0f;
+        rtk_vec3 c = rtk_v3(kr[k], kg[k], kb[k]);
         c = shares ? rtk_scale(c, share[k]) : c;
-        add = rtk_madd(c, shine[k], spec);
-        c = rtk_v3(glossy ? add.x : c.x, glossy ? add.y : c.y, glossy ? add.z : c.z);
+        if (shine) {
+            const rtk_vec3 spec = rtk_v3(sr[k], sg[k], sb[k]), add = rtk_madd(c, shine[k], spec);
+            const int glossy = rtk_maxabs(spec) > 0.0f;
+            c = rtk_v3(glossy ? add.x : c.x, glossy ? add.y : c.y, glossy ? add.z : c.z);
+        }
         c = rtk_mul(c, rtk_scale(rtk_v3(s->er[k], s->eg[k], s->eb[k]), shares ? s->cosine[k] * scale[k] : s->cosine[k]));
         s->c.r[k] = c.x;
         s->c.g[k] = c.y;
         s->c.b[k] = c.z;
         s->goes[k] &= (uint32_t) !(rtk_maxabs(c) == 0.0f);
     }
+}
+
+/* What each brings where nothing is between; a lane to which it brings nothing does not go. shares, a constant of the caller:
+ * there are weights of the Lambert part, `share`, and of all, `scale`. */
+static inline void rti_weigh_lanes(const rti_worker *w, uint32_t at, bool shares, const float *share, const float *scale,
+                                   rti_shadow_lanes *s)
+{
+    float shine[RTK_BLOCK] RTI_ROW;
+    if (w->lit_shiny && rti_shine_lanes(w, at, s, shine))
+        rti_weigh_by(w, at, shine, shares, share, scale, s);
+    else
+        rti_weigh_by(w, at, NULL, shares, share, scale, s);
 }
 
 /* All sixteen, into a block of the queue as they are. */

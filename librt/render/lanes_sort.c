@@ -109,17 +109,11 @@ static uint32_t find_key(const rtk_scene *scene, const rtk_hit_block *h, uint32_
     return key;
 }
 
-/* Whether all of a block's rays that hit anything, which are given as a row of 0 and 1, hit the geometry that was hit last. */
-static bool all_last(const rtk_hit_block *h, const last_hit *last, uint32_t some[RTK_BLOCK])
+/* Whether all of a block's rays that hit anything, which are given as bits, hit the geometry that was hit last. */
+static bool all_last(const rtk_hit_block *h, const last_hit *last, uint32_t *some)
 {
-    uint32_t other = 0;
-    RTI_EACH_LANE_INNER(k)
-    {
-        const uint32_t differs = (h->geom[k] ^ last->geom) | (h->inst[k] ^ last->inst);
-        some[k] = h->prim[k] != RTK_INVALID;
-        other |= some[k] ? differs : 0;
-    }
-    return other == 0;
+    *some = rti_u32_unlike(h->prim, RTK_INVALID);
+    return (*some & (rti_u32_unlike(h->geom, last->geom) | rti_u32_unlike(h->inst, last->inst))) == 0;
 }
 
 static void find_keys(rti_worker *w, uint32_t first, uint32_t count, uint32_t *counts, kinds_seen *seen)
@@ -127,16 +121,16 @@ static void find_keys(rti_worker *w, uint32_t first, uint32_t count, uint32_t *c
     last_hit last = {RTK_INVALID, 0, 0, 0};
     for (uint32_t n = 0; n < count;) {
         const rtk_hit_block *h = &w->hits[(first + n) / RTK_BLOCK];
-        uint32_t some[RTK_BLOCK] RTI_ROW;
+        uint32_t some;
         uint32_t k = (first + n) % RTK_BLOCK, end = RTK_BLOCK - k < count - n ? RTK_BLOCK : k + (count - n);
-        if (end - k == RTK_BLOCK && all_last(h, &last, some)) {
-            uint32_t *materials = w->materials + first + n, hit = 0;
+        if (end - k == RTK_BLOCK && all_last(h, &last, &some)) {
+            uint32_t *materials = w->materials + first + n;
+            const uint32_t hit = (uint32_t)__builtin_popcount(some);
             uint8_t *keys = w->keys + n;
             RTI_EACH_LANE_INNER(i)
             {
-                keys[i] = (uint8_t)(some[i] ? last.key : 0);
-                materials[i] = some[i] ? last.material : 0;
-                hit += some[i];
+                keys[i] = (uint8_t)(some >> i & 1u ? last.key : 0);
+                materials[i] = some >> i & 1u ? last.material : 0;
             }
             counts[last.key] += hit;
             counts[0] += RTK_BLOCK - hit;
@@ -249,10 +243,7 @@ static void take(const rti_worker *w, const uint32_t *order, uint32_t count, rti
 
 static void touch(rti_worker *w, rti_sheaf *c)
 {
-    uint32_t differ = 0;
-    RTI_EACH_LANE_INNER(k)
-    differ |= c->material[k] ^ c->material[0];
-    c->one_material = differ == 0;
+    c->one_material = rti_u32_unlike(c->material, c->material[0]) == 0;
     if (c->one_material) {
         rti_touch(w, c->material[0]);
         return;

@@ -15,10 +15,7 @@ static rtk_vec3 row3(const float *x, const float *y, const float *z, uint32_t k)
 /* Do all lanes hit one geometry? */
 static bool one_geom(const rti_sheaf *c)
 {
-    uint32_t others = 0;
-    RTI_EACH_LANE(k)
-    others |= c->geom[k] ^ c->geom[0];
-    return others == 0;
+    return rti_u32_unlike(c->geom, c->geom[0]) == 0;
 }
 
 /* Where in its group's triangles or shapes each lane's primitive is. */
@@ -49,11 +46,9 @@ static rtk_vec3 corner3(const corners *v, uint32_t i, uint32_t k)
 /* Large triangles fill whole sheaves. */
 static void load_vertices(const rtk_group *g, const rti_sheaf *c, corners *v)
 {
-    uint32_t at[RTK_BLOCK] RTI_ROW, differ = 0;
+    uint32_t at[RTK_BLOCK] RTI_ROW;
     places_of(g, c, at);
-    RTI_EACH_LANE(k)
-    differ |= at[k] ^ at[0];
-    if (differ == 0) {
+    if (rti_u32_unlike(at, at[0]) == 0) {
         const rtk_tri t = g->tris[at[0]];
         const float *from = t.v0; /* the nine of its corners stand in a row */
         for (uint32_t i = 0; i < 9; i++) {
@@ -128,13 +123,10 @@ RTI_LANES_FN static void flat_slivers(const corners *v, rti_sheaf *c, float *are
     }
 }
 
-/* Lanes that are not plain. */
+/* Lanes that are not plain, which is 0 or 1. */
 static bool some_rare(const rti_sheaf *c)
 {
-    uint32_t rare = 0;
-    RTI_EACH_LANE(k)
-    rare |= !c->plain[k];
-    return rare != 0;
+    return rti_u32_unlike(c->plain, 1) != 0;
 }
 
 static void mesh(const rtk_group *g, rti_sheaf *c, float *area)

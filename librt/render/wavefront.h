@@ -54,12 +54,12 @@ enum {
     RTI_LIT_PY,
     RTI_LIT_PZ,
     RTI_LIT_ERROR,
-    RTI_LIT_NX,
-    RTI_LIT_NY,
-    RTI_LIT_NZ,
     RTI_LIT_GX,
     RTI_LIT_GY,
     RTI_LIT_GZ,
+    RTI_LIT_NX,
+    RTI_LIT_NY,
+    RTI_LIT_NZ,
     RTI_LIT_VX,
     RTI_LIT_VY,
     RTI_LIT_VZ,
@@ -110,6 +110,8 @@ typedef struct rti_worker {
     uint32_t *lit_ray;  /* index in the batch: its pixel, sample, key */
     uint32_t *lit_home; /* where its light goes */
     uint32_t lit_count, lit_stride;
+    bool lit_shiny;    /* some point has highlights; without, RTI_LIT_VX to VZ and SR to SHININESS say nothing */
+    bool lit_smooth;   /* some point has a shading normal of its own; without, RTI_LIT_NX to NZ say nothing */
     uint32_t lit_most; /* where there may not be room for another block below this, lights shine before the end of the step */
     uint8_t *keys;     /* for shading in lanes: kind of each hit of a depth; then their order; and each hit's material */
     uint32_t *order, *materials;

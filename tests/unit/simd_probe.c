@@ -30,6 +30,11 @@ void RTI_ISA_FN(simd_sixes)(const float *const from[6], float *p)
     rti_sixes(from, p);
 }
 
+uint32_t RTI_ISA_FN(simd_unlike)(const uint32_t p[16], uint32_t word)
+{
+    return rti_u32_unlike(p, word);
+}
+
 void RTI_ISA_FN(simd_take4)(const float p[4], const int32_t lanes[4], float to[4])
 {
     rti_f4_store(to, rti_f4_take(p, lanes));

@@ -72,6 +72,7 @@ typedef struct simd_packed {
     void simd_rows4_##name(const float *const from[16], float to[4][16]);                                                        \
     void simd_nines_##name(const float *p, float *const to[9]);                                                                  \
     void simd_sixes_##name(const float *const from[6], float *p);                                                                \
+    uint32_t simd_unlike_##name(const uint32_t p[16], uint32_t word);                                                            \
     void simd_take4_##name(const float p[4], const int32_t lanes[4], float to[4]);                                               \
     void simd_take_rows_##name(const uint32_t ray[16], const uint32_t *blocks, uint32_t *to);                                    \
     uint32_t simd_put_rows_##name(uint32_t lanes, uint32_t count, const uint32_t row[16], uint32_t word, uint32_t *blocks);      \

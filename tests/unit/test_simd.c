@@ -419,6 +419,20 @@ static void take_rows(void (*take)(const uint32_t ray[16], const uint32_t *block
     }
 }
 
+/* Every choice of lanes, from any word's place; words that are no numbers, too. */
+static void unlike(uint32_t (*of)(const uint32_t p[16], uint32_t word))
+{
+    static const uint32_t words[] = {0, 1, 0x80000000u, 0x7fc00000u, 0xffffffffu};
+    uint32_t row[17];
+    for (uint32_t i = 0; i < sizeof words / sizeof words[0]; i++) {
+        for (uint32_t lanes = 0; lanes < 65536; lanes++) {
+            for (uint32_t k = 0; k < 16; k++)
+                row[1 + k] = lanes >> k & 1u ? words[i] ^ 1u << (lanes + k) % 32 : words[i];
+            assert_int_equal(of(row + 1, words[i]), lanes);
+        }
+    }
+}
+
 /* All lanes and places: those before stay, and so does what stands in other rows. */
 static void put_rows(uint32_t (*put)(uint32_t lanes, uint32_t count, const uint32_t row[16], uint32_t word, uint32_t *blocks))
 {
@@ -452,6 +466,7 @@ static void test_rows(void **state)
 #define LEVEL(name, isa)                                                                                                         \
     if (rti_isa_runs(isa)) {                                                                                                     \
         take_rows(simd_take_rows_##name);                                                                                        \
+        unlike(simd_unlike_##name);                                                                                              \
         put_rows(simd_put_rows_##name);                                                                                          \
     }
     RTI_ISA_EACH(LEVEL)

@@ -39,6 +39,16 @@ RTI_VEC rti_f8 rti_f8_madd(rti_f8 a, rti_f8 b, rti_f8 c)
     return _mm256_fmadd_ps(a, b, c);
 }
 
+RTI_VEC uint32_t rti_u32_unlike(const uint32_t p[16], uint32_t word)
+{
+    const __m256i all = _mm256_set1_epi32((int)word);
+    const __m256i low = _mm256_cmpeq_epi32(_mm256_loadu_si256((const __m256i *)(const void *)p), all);
+    const __m256i high = _mm256_cmpeq_epi32(_mm256_loadu_si256((const __m256i *)(const void *)(p + 8)), all);
+    const uint32_t alike = (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(low)) |
+                           (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(high)) << 8;
+    return ~alike & 0xffffu;
+}
+
 /* ---- lanes chosen by bits ---- */
 
 #define RTI_PACK8 1

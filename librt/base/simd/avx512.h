@@ -82,6 +82,10 @@ RTI_VEC rti_i16 rti_i16_load(const uint32_t *p)
 {
     return _mm512_loadu_si512((const void *)p);
 }
+RTI_VEC uint32_t rti_u32_unlike(const uint32_t p[16], uint32_t word)
+{
+    return _mm512_cmpneq_epi32_mask(_mm512_loadu_si512((const void *)p), _mm512_set1_epi32((int)word));
+}
 RTI_VEC void rti_u8_pairs(uint32_t *p, uint32_t bits, const uint32_t *a, const uint32_t *b)
 {
     const __m512i turn = _mm512_setr_epi32(0, 8, 1, 9, 2, 10, 3, 11, 4, 12, 5, 13, 6, 14, 7, 15);
