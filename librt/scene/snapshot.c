@@ -190,9 +190,16 @@ static void view_top(rti_snapshot *s)
     v->top_bvh = tree_view(s->top_tree[RTK_TREE_BVH]);
 }
 
+uint32_t rti_mesh_flags(const rtk_scene *v)
+{
+    const rtk_group *g = v->groups;
+    const bool alone = v->instance_count == 0 && v->unbounded_count == 0 && g->shape_count == 0 && g->plane_count == 0;
+    return alone && g->part_count == 1 && (g->flags & RTK_GROUP_PLAIN) ? RTK_SCENE_MESH : 0u;
+}
+
 static uint32_t scene_flags(const rtk_scene *v)
 {
-    uint32_t flags = 0;
+    uint32_t flags = rti_mesh_flags(v);
     for (uint32_t i = 0; i < v->material_count; i++) {
         uint32_t m = v->materials[i].flags;
         flags |= (m & RTK_MAT_TRANSPARENT) && !(m & RTK_MAT_OPAQUE_SHADOW) ? RTK_SCENE_TRANSPARENT : 0u;

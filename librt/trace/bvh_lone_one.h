@@ -24,6 +24,7 @@ RTI_VEC int lone_fits(const rtk_scene *scene)
 /* A ray as it comes: of four lanes three count. */
 typedef struct lone_given {
     rti_f4 org, inv;
+    float most; /* the component of the direction that is the greatest, by size */
 } lone_given;
 
 /* Order of axes by which components of |dir| are greater than others: x than y, x than z, y than z, a bit each (rtk_ray_prepare);
@@ -49,9 +50,8 @@ static const int32_t lone_left[4] = {0, 0, 1, 3}, lone_right[4] = {1, 2, 2, 3};
 #undef Y
 #undef Z
 
-/* A ray made ready, but for what a group and its parts bring. 0: its direction or range is not valid. (An origin that is not is
- * far away from every part.) */
-RTI_VEC int lone_begin(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
+/* A ray made ready, but for what a group and its parts bring. Returns the lanes in which its direction is not too great. */
+RTI_VEC rti_m4 lone_start(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
 {
     const rti_f4 dir = rti_f4_load(ray->dir), top = rti_f4_set(RTK_INV_MAX);
     const rti_f4 left = rti_f4_abs(rti_f4_take(ray->dir, lone_left)), right = rti_f4_abs(rti_f4_take(ray->dir, lone_right));
@@ -67,8 +67,20 @@ RTI_VEC int lone_begin(lone *l, const rtk_scene *scene, const rti_ray *ray, lone
     l->scene = scene;
     l->ray = ray;
     l->outer = 0.0f;
-    return (rti_m4_bits(rti_f4_le(rti_f4_abs(dir), rti_f4_set(RTK_DIR_MAX))) & 7u) == 7u && rtk_fabs(along[2]) >= RTK_DIR_MIN &&
-           ray->tmin < ray->tmax;
+    g->most = along[2];
+    return rti_f4_le(rti_f4_abs(dir), rti_f4_set(RTK_DIR_MAX));
+}
+
+/* But for that, is it one that may hit anything? */
+RTI_VEC int lone_valid(const rti_ray *ray, const lone_given *g)
+{
+    return rtk_fabs(g->most) >= RTK_DIR_MIN && ray->tmin < ray->tmax;
+}
+
+/* 0: its direction or range is not valid. (An origin that is not is far away from every part.) */
+RTI_VEC int lone_begin(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
+{
+    return lone_all(lone_start(l, scene, ray, g)) && lone_valid(ray, g);
 }
 
 _Static_assert(offsetof(rtk_part, lo) == 0 && offsetof(rtk_part, hi) == 12 && offsetof(rtk_part, scale) == 24,
@@ -82,9 +94,13 @@ RTI_VEC void lone_slab(const lone_given *g, rti_f4 lo, rti_f4 hi, float *t0, flo
 }
 
 /* Does a ray start near a box, so that its origin stays? far: |org|. */
+RTI_VEC rti_m4 lone_near_in(rti_f4 far, float scale)
+{
+    return rti_f4_le(far, rti_f4_set(RTK_FAR * scale));
+}
 RTI_VEC int lone_near(rti_f4 far, float scale)
 {
-    return (rti_m4_bits(rti_f4_le(far, rti_f4_set(RTK_FAR * scale))) & 7u) == 7u;
+    return lone_all(lone_near_in(far, scale));
 }
 
 /* rtk_ray_approach, the fourth lanes of which do not count. */
@@ -170,6 +186,35 @@ RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part
         return t0 <= lone_end(l, 1) && lone_walk(l, mode);
     }
     return l->t0 <= l->far && lone_walk(l, mode);
+}
+
+/* A ray through a scene that is one mesh (RTK_SCENE_MESH), as lone_part; what seldom is so is asked at once. */
+RTI_VEC int lone_mesh(lone *l, rtk_u32 mode, const rtk_scene *scene, const rti_ray *ray)
+{
+    const rtk_group *group = scene->groups;
+    const rtk_part *part = group->parts;
+    const float *box = (const float *)(const void *)part, tmin = ray->tmin, tmax = ray->tmax;
+    float t0, t1;
+    lone_given g;
+    rti_m4 fit = lone_start(l, scene, ray, &g);
+    fit = rti_m4_and(fit, lone_near_in(rti_f4_abs(g.org), part->scale));
+    fit = rti_m4_and(fit, lone_turn_to(l, &part->bvh, part->scale, g.org, g.inv));
+    if (__builtin_expect(!lone_all(fit) || !lone_valid(ray, &g) || ray->mask == 0u || part->bvh.block_count == 0u, 0))
+        return -1;
+    lone_slab(&g, rti_f4_load(box), rti_f4_load(box + 3), &t0, &t1);
+    l->inst = RTK_INVALID;
+    lone_keep(l, tmax, 0.0f, 0.0f, RTK_INVALID, RTK_INVALID);
+    t0 = rtk_max(t0, tmin);
+    t1 = rtk_min(t1, tmax);
+    if (!(t0 <= t1))
+        return 0;
+    l->group = group;
+    l->part = part;
+    l->t = tmax;
+    l->far = t1;
+    l->t0 = t0;
+    l->shift = 0.0f;
+    return lone_walk(l, mode);
 }
 
 /* Its way through a group whose parts are of one builder, from its best hit on: as lone_part. */

@@ -312,9 +312,15 @@ RTI_VEC int lone_tree(const rtk_tree *tree)
     return (tree->block_count | tree->ball_count) != 0u;
 }
 
-/* What both kinds of rays share: inv as rtk_inverse has it, org and dir in the caller's order of axes, of four lanes three count.
- * 0: the ray is too near to the ends of the floats' range to meet boxes by plane * inv - start. */
-RTI_VEC int lone_ready(lone *l, const rtk_tree *tree, float scale, rti_f4 org, rti_f4 dir, rti_f4 inv)
+/* Do the three lanes that count? */
+RTI_VEC int lone_all(rti_m4 m)
+{
+    return (rti_m4_bits(m) & 7u) == 7u;
+}
+
+/* What both kinds of rays share: inv as rtk_inverse has it, org in the caller's order of axes, of four lanes three count. Returns
+ * the lanes that are not too near to the ends of the floats' range to meet boxes by plane * inv - start. */
+RTI_VEC rti_m4 lone_turn_to(lone *l, const rtk_tree *tree, float scale, rti_f4 org, rti_f4 inv)
 {
     const rti_f4 start = org * inv;
     rti_f4_store(l->inv, inv);
@@ -323,11 +329,17 @@ RTI_VEC int lone_ready(lone *l, const rtk_tree *tree, float scale, rti_f4 org, r
     l->tree = tree;
     l->scale = scale;
     l->late = RTK_INVALID;
+    return rti_m4_and(rti_f4_le(rti_f4_abs(start), rti_f4_set(BVH_START_MOST)),
+                      rti_f4_le(rti_f4_set(BVH_START_LEAST), rti_f4_abs(inv) * rti_f4_set(scale)));
+}
+
+/* And spheres. 0: some lane is. */
+RTI_VEC int lone_ready(lone *l, const rtk_tree *tree, float scale, rti_f4 org, rti_f4 dir, rti_f4 inv)
+{
+    const rti_m4 fits = lone_turn_to(l, tree, scale, org, inv);
     if (tree->ball_count != 0u)
         lone_ball_ready(l, org, dir);
-    return (rti_m4_bits(rti_m4_and(rti_f4_le(rti_f4_abs(start), rti_f4_set(BVH_START_MOST)),
-                                   rti_f4_le(rti_f4_set(BVH_START_LEAST), rti_f4_abs(inv) * rti_f4_set(scale)))) &
-            7u) == 7u;
+    return lone_all(fits);
 }
 
 /* A prepared ray through a tree whose hits all count; 0: this is not for it. end: as lone_walk returns. */

@@ -102,7 +102,7 @@ RTI_APART void RTK_NAME(one_finish)(const rtk_scene *scene, const rti_ray *ray, 
     *best = q.best;
 }
 
-static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
+RTI_APART int RTK_NAME(one_any)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
 {
     lone_given given;
     rti_ray apart;
@@ -128,6 +128,21 @@ static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time,
         RTK_NAME(one_finish)(scene, ray, time, &l.best);
     memcpy(hit, &l.best, sizeof l.best);
     return l.best.prim != RTK_INVALID;
+}
+
+static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
+{
+    if (scene->flags & RTK_SCENE_MESH) {
+        lone l;
+        const int end = lone_mesh(&l, RTK_MODE, scene, ray);
+        if (end >= 0 && (RTK_MODE & RTK_MODE_ANY))
+            return end;
+        if (end >= 0) {
+            memcpy(hit, &l.best, sizeof l.best);
+            return l.best.prim != RTK_INVALID;
+        }
+    }
+    return RTK_NAME(one_any)(scene, ray, time, hit);
 }
 
 /* Rays of a batch, one by one. */

@@ -172,6 +172,33 @@ static void odd_direction(const test_targets *t, test_rng *r, const rtk_tri *tri
     ray->dir = vec(d);
 }
 
+/* It would hit, were it not for one thing; now it misses everything. */
+static void spoil(test_rng *r, rtk_ray *ray)
+{
+    switch (test_u32(r) % 7) {
+    case 0:
+        ray->mask = 0;
+        break;
+    case 1:
+        ray->dir = rtk_scale(ray->dir, 1.0e-25f);
+        break;
+    case 2:
+        ray->dir = rtk_scale(ray->dir, 1.0e25f);
+        break;
+    case 3:
+        ray->dir.y = NAN;
+        break;
+    case 4:
+        ray->org.x = test_u32(r) % 2 ? NAN : INFINITY;
+        break;
+    case 5:
+        ray->tmax = ray->tmin;
+        break;
+    default:
+        ray->tmin = NAN;
+    }
+}
+
 rtk_ray test_ray(const test_targets *t, test_rng *r, int kind)
 {
     rtk_ray ray;
@@ -209,5 +236,7 @@ rtk_ray test_ray(const test_targets *t, test_rng *r, int kind)
         ray.dir = rtk_scale(ray.dir, powf(10.0f, test_range(r, -3.0f, 3.0f)));
     if (kind != TEST_RAY_RANGE && test_u32(r) % 8 == 0)
         ray.tmin = -RTK_INF;
+    if (test_u32(r) % 64 == 0)
+        spoil(r, &ray);
     return ray;
 }
