@@ -32,7 +32,7 @@ RTI_LANES_FN static inline void rti_load_looks(const rtk_scene *scene, rti_sheaf
         ambient = a;
         mirror = r;
         clear = t;
-        specular = s;
+        specular = rtk_fabs(s);
     } else {
         RTI_EACH_LANE(k)
         {
@@ -47,7 +47,7 @@ RTI_LANES_FN static inline void rti_load_looks(const rtk_scene *scene, rti_sheaf
             ambient = rtk_max(ambient, m->ambient);
             mirror = rtk_max(mirror, m->reflectiveness);
             clear = rtk_max(clear, m->transparency);
-            specular = rtk_max(specular, m->specular);
+            specular = rtk_max(specular, rtk_fabs(m->specular));
         }
     }
     l->of_all = c->one_material ? c->material[0] : RTK_INVALID;
@@ -57,8 +57,8 @@ RTI_LANES_FN static inline void rti_load_looks(const rtk_scene *scene, rti_sheaf
     l->shiny = specular > 0.0f;
 }
 
-/* Points that may be lit are noted in two halves. First where they are, from where they are seen, and their highlights; what is
- * missing then (RTI_LIT_KR to KB, RTI_LIT_DIFFUSE_PDF) goes behind those that are noted (rti_lit_row). */
+/* Points that may be lit are noted in two halves. First where they are, and from where they are seen and their highlights, where
+ * there are some; what is missing then (RTI_LIT_KR to KB, RTI_LIT_DIFFUSE_PDF) goes behind those that are noted (rti_lit_row). */
 static inline float *rti_lit_row(const rti_worker *w, uint32_t row)
 {
     return w->lit + (size_t)row * w->lit_stride + w->lit_count;

@@ -9,7 +9,7 @@
 
 #define LIT(row) rti_lit_from(w, RTI_LIT_##row, at)
 
-/* `type`, whether the light has a body, and falls off, are constants of the caller: no lane asks for them. */
+/* `type`, whether the light has a body, and whether it may fall off, are constants of the caller: no lane asks for them. */
 static inline void towards(const rti_worker *w, const rtk_light *light, uint32_t type, bool body, bool falls, uint32_t at,
                            rti_shadow_lanes *s)
 {

@@ -59,7 +59,7 @@ static inline bool rti_shine_lanes(const rti_worker *w, uint32_t at, const rti_s
     return true;
 }
 
-/* As rti_weigh_lanes; shine: NULL, where no highlight shows: constants of the caller. */
+/* As rti_weigh_lanes. Whether shine is NULL (no highlight shows) is a constant of the caller, too. */
 static inline void rti_weigh_by(const rti_worker *w, uint32_t at, const float *shine, bool shares, const float *share,
                                 const float *scale, rti_shadow_lanes *s)
 {

@@ -110,8 +110,8 @@ typedef struct rti_worker {
     uint32_t *lit_ray;  /* index in the batch: its pixel, sample, key */
     uint32_t *lit_home; /* where its light goes */
     uint32_t lit_count, lit_stride;
-    bool lit_shiny;    /* some point has highlights; without, RTI_LIT_VX to VZ and SR to SHININESS say nothing */
-    bool lit_smooth;   /* some point has a shading normal of its own; without, RTI_LIT_NX to NZ say nothing */
+    bool lit_shiny;    /* some point has highlights: only then rows SR to SB tell anything, VX to VZ and SHININESS of such points */
+    bool lit_smooth;   /* some point has a shading normal of its own: only then rows NX to NZ tell anything */
     uint32_t lit_most; /* where there may not be room for another block below this, lights shine before the end of the step */
     uint8_t *keys;     /* for shading in lanes: kind of each hit of a depth; then their order; and each hit's material */
     uint32_t *order, *materials;

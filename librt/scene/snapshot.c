@@ -193,7 +193,7 @@ static void view_top(rti_snapshot *s)
 uint32_t rti_mesh_flags(const rtk_scene *v)
 {
     const rtk_group *g = v->groups;
-    const bool alone = v->instance_count == 0 && v->unbounded_count == 0 && g->shape_count == 0 && g->plane_count == 0;
+    const bool alone = v->instance_count == 0 && g->shape_count == 0 && g->plane_count == 0;
     return alone && g->part_count == 1 && (g->flags & RTK_GROUP_PLAIN) ? RTK_SCENE_MESH : 0u;
 }
 

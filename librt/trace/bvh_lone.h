@@ -95,7 +95,7 @@ RTI_APART int lone_ask_plain(lone *l, rtk_u32 mode, rtk_u32 ref)
             q->ray.tmax = l->high;
         }
         if (!rtk_ray_prepare(ray, part->lo, part->hi, part->scale, &prepared))
-            return 0; /* never: lone_part asks the same */
+            return 0; /* never: lone_part and lone_mesh ask the same */
     }
     q->best = l->best;
     end = rtk_query_prim(q, mode, r, ref);

@@ -72,7 +72,7 @@ RTI_VEC rti_m4 lone_start(lone *l, const rtk_scene *scene, const rti_ray *ray, l
 }
 
 /* But for that, is it one that may hit anything? */
-RTI_VEC int lone_valid(const rti_ray *ray, const lone_given *g)
+RTI_VEC int lone_ranged(const rti_ray *ray, const lone_given *g)
 {
     return rtk_fabs(g->most) >= RTK_DIR_MIN && ray->tmin < ray->tmax;
 }
@@ -80,7 +80,7 @@ RTI_VEC int lone_valid(const rti_ray *ray, const lone_given *g)
 /* 0: its direction or range is not valid. (An origin that is not is far away from every part.) */
 RTI_VEC int lone_begin(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
 {
-    return lone_all(lone_start(l, scene, ray, g)) && lone_valid(ray, g);
+    return lone_all(lone_start(l, scene, ray, g)) && lone_ranged(ray, g);
 }
 
 _Static_assert(offsetof(rtk_part, lo) == 0 && offsetof(rtk_part, hi) == 12 && offsetof(rtk_part, scale) == 24,
@@ -199,7 +199,7 @@ RTI_VEC int lone_mesh(lone *l, rtk_u32 mode, const rtk_scene *scene, const rti_r
     rti_m4 fit = lone_start(l, scene, ray, &g);
     fit = rti_m4_and(fit, lone_near_in(rti_f4_abs(g.org), part->scale));
     fit = rti_m4_and(fit, lone_turn_to(l, &part->bvh, part->scale, g.org, g.inv));
-    if (__builtin_expect(!lone_all(fit) || !lone_valid(ray, &g) || ray->mask == 0u || part->bvh.block_count == 0u, 0))
+    if (__builtin_expect(!lone_all(fit) || !lone_ranged(ray, &g) || ray->mask == 0u || part->bvh.block_count == 0u, 0))
         return -1;
     lone_slab(&g, rti_f4_load(box), rti_f4_load(box + 3), &t0, &t1);
     l->inst = RTK_INVALID;

@@ -333,7 +333,7 @@ RTI_VEC rti_m4 lone_turn_to(lone *l, const rtk_tree *tree, float scale, rti_f4 o
                       rti_f4_le(rti_f4_set(BVH_START_LEAST), rti_f4_abs(inv) * rti_f4_set(scale)));
 }
 
-/* And spheres. 0: some lane is. */
+/* As that, and ready for spheres, too. 0: some lane does not fit. */
 RTI_VEC int lone_ready(lone *l, const rtk_tree *tree, float scale, rti_f4 org, rti_f4 dir, rti_f4 inv)
 {
     const rti_m4 fits = lone_turn_to(l, tree, scale, org, inv);

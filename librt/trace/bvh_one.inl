@@ -102,7 +102,8 @@ RTI_APART void RTK_NAME(one_finish)(const rtk_scene *scene, const rti_ray *ray, 
     *best = q.best;
 }
 
-RTI_APART int RTK_NAME(one_any)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
+/* A ray through triangles, spheres and instances, or on to one_other. */
+RTI_APART int RTK_NAME(one_mixed)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
 {
     lone_given given;
     rti_ray apart;
@@ -130,6 +131,7 @@ RTI_APART int RTK_NAME(one_any)(const rtk_scene *scene, const rti_ray *ray, floa
     return l.best.prim != RTK_INVALID;
 }
 
+/* rti_tracer.one: a mesh's own way, which some rays are not for. */
 static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
 {
     if (scene->flags & RTK_SCENE_MESH) {
@@ -142,7 +144,7 @@ static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time,
             return l.best.prim != RTK_INVALID;
         }
     }
-    return RTK_NAME(one_any)(scene, ray, time, hit);
+    return RTK_NAME(one_mixed)(scene, ray, time, hit);
 }
 
 /* Rays of a batch, one by one. */

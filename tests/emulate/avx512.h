@@ -91,6 +91,12 @@ EMULATED float _mm512_reduce_min_ps(__m512 a)
     return x[0];
 }
 
+#undef _mm512_cmpneq_epi32_mask
+EMULATED __mmask16 _mm512_cmpneq_epi32_mask(__m512i a, __m512i b)
+{
+    return (__mmask16)~_mm512_cmpeq_epi32_mask(a, b);
+}
+
 EMULATED __mmask16 _mm512_cmplt_epu32_mask(__m512i a, __m512i b)
 {
     LANES(uint32_t, 16, x, a);

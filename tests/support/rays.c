@@ -172,18 +172,19 @@ static void odd_direction(const test_targets *t, test_rng *r, const rtk_tri *tri
     ray->dir = vec(d);
 }
 
-/* It would hit, were it not for one thing; now it misses everything. */
+/* Whatever it would hit, now it misses everything. */
 static void spoil(test_rng *r, rtk_ray *ray)
 {
+    const float size = rtk_maxabs(ray->dir);
     switch (test_u32(r) % 7) {
     case 0:
         ray->mask = 0;
         break;
     case 1:
-        ray->dir = rtk_scale(ray->dir, 1.0e-25f);
+        ray->dir = rtk_scale(ray->dir, 0.9e-18f / size);
         break;
     case 2:
-        ray->dir = rtk_scale(ray->dir, 1.0e25f);
+        ray->dir = rtk_scale(ray->dir, 1.1e18f / size);
         break;
     case 3:
         ray->dir.y = NAN;
