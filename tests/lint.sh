@@ -32,7 +32,10 @@ if have shellcheck; then
 fi
 if have clang-tidy && [ -f out-release/compile_commands.json ] && { [ "${1:-}" = --tidy ] || [ "${LIBRT_FULL:-0}" != 0 ]; }; then
     ran="$ran clang-tidy"
-    files 'librt/*.c' 'lua/*.c' 'examples/*.c' | xargs -P "${JOBS:-2}" -n 8 clang-tidy --quiet -p out-release --warnings-as-errors='*' || bad=1
+    commands=$(mktemp -d) || exit 1
+    sed 's/ -fno-ipa-cp-clone//g' out-release/compile_commands.json >"$commands/compile_commands.json" # GCC alone knows it
+    files 'librt/*.c' 'lua/*.c' 'examples/*.c' | xargs -P "${JOBS:-2}" -n 8 clang-tidy --quiet -p "$commands" --warnings-as-errors='*' || bad=1
+    rm -r "$commands"
 fi
 [ -n "$ran" ] || ran=" nothing (no linter is installed)"
 if [ "$bad" -eq 0 ]; then

@@ -190,10 +190,10 @@ static void view_top(rti_snapshot *s)
     v->top_bvh = tree_view(s->top_tree[RTK_TREE_BVH]);
 }
 
-uint32_t rti_mesh_flags(const rtk_scene *v)
+uint32_t rti_mesh_flags(const rtk_scene *scene)
 {
-    const rtk_group *g = v->groups;
-    const bool alone = v->instance_count == 0 && g->shape_count == 0 && g->plane_count == 0;
+    const rtk_group *g = scene->groups;
+    const bool alone = scene->instance_count == 0 && g->shape_count == 0 && g->plane_count == 0;
     return alone && g->part_count == 1 && (g->flags & RTK_GROUP_PLAIN) ? RTK_SCENE_MESH : 0u;
 }
 
