@@ -11,13 +11,9 @@
 /* Points of camera rays, behind those that are noted: each shows its throughput where it is open. */
 void RTI_ISA_FN(rti_lanes_ao)(rti_worker *w, rti_sheaf *c)
 {
-    const size_t stride = w->lit_stride;
-    float *to = w->lit + w->lit_count;
-#define NOTE(row, from) memcpy(to + RTI_LIT_##row * stride, from, RTK_BLOCK * sizeof *to)
-    NOTE(KR, c->tpr);
-    NOTE(KG, c->tpg);
-    NOTE(KB, c->tpb);
-#undef NOTE
+    memcpy(rti_lit_row(w, RTI_LIT_KR), c->tpr, sizeof c->tpr);
+    memcpy(rti_lit_row(w, RTI_LIT_KG), c->tpg, sizeof c->tpg);
+    memcpy(rti_lit_row(w, RTI_LIT_KB), c->tpb, sizeof c->tpb);
     rti_note_points(w, c);
     w->lit_count += c->count;
 }

@@ -54,14 +54,7 @@ RTI_LANES_FN static inline void rti_load_looks(const rtk_scene *scene, rti_sheaf
     l->shown = ambient > 0.0f;
     l->mirrors = mirror > 0.0f;
     l->clear = clear > 0.0f;
-    l->shiny = specular > 0.0f;
-}
-
-/* Points that may be lit are noted in two halves. First where they are, and from where they are seen and their highlights, where
- * there are some; what is missing then (RTI_LIT_KR to KB, RTI_LIT_DIFFUSE_PDF) goes behind those that are noted (rti_lit_row). */
-static inline float *rti_lit_row(const rti_worker *w, uint32_t row)
-{
-    return w->lit + (size_t)row * w->lit_stride + w->lit_count;
+    l->shiny = specular > 0.0f; /* of whatever sign: files may have any */
 }
 
 /* Highlights, and the ways to who sees them, of points that have some, or stand among such. */
@@ -82,11 +75,13 @@ RTI_LANES_FN static inline void rti_note_shiny(const rti_worker *w, const rti_sh
     }
 }
 
+/* Points that may be lit are noted in two halves. First where they are, and from where they are seen and their highlights, where
+ * there are some; what is missing then (RTI_LIT_KR to KB, RTI_LIT_DIFFUSE_PDF) goes to their rows (rti_lit_row). */
 static inline void rti_note_seen(rti_worker *w, const rti_sheaf *c, const rti_looks *l)
 {
     rti_note_points(w, c);
     if (l->shiny && !w->lit_shiny) {
-        w->lit_shiny = true;
+        w->lit_shiny = true; /* those before have none */
         for (uint32_t row = RTI_LIT_SR; row <= RTI_LIT_SB; row++)
             memset(w->lit + row * (size_t)w->lit_stride, 0, w->lit_count * sizeof *w->lit);
     }

@@ -40,7 +40,7 @@ static inline void towards(const rti_worker *w, const rtk_light *light, uint32_t
 }
 
 /* Shading normals of their own tell the cosines, and must see the light, too. */
-RTI_LANES_FN static void face(const rti_worker *w, const rtk_light *light, uint32_t type, uint32_t at, rti_shadow_lanes *s)
+RTI_LANES_FN static void by_normals(const rti_worker *w, const rtk_light *light, uint32_t at, rti_shadow_lanes *s)
 {
     const float *px = LIT(PX), *py = LIT(PY), *pz = LIT(PZ), *nx = LIT(NX), *ny = LIT(NY), *nz = LIT(NZ);
     const rtk_light l = *light;
@@ -48,7 +48,7 @@ RTI_LANES_FN static void face(const rti_worker *w, const rtk_light *light, uint3
     {
         const rtk_vec3 p = rtk_v3(px[k], py[k], pz[k]), n = rtk_v3(nx[k], ny[k], nz[k]);
         const float cosine = rtk_dot3(n, rtk_v3(s->dx[k], s->dy[k], s->dz[k]));
-        s->goes[k] &= (uint32_t)((!rtk_light_behind_flat(&l, type, p, n)) & (cosine > 0.0f));
+        s->goes[k] &= (uint32_t)((!rtk_light_behind_flat(&l, l.type, p, n)) & (cosine > 0.0f));
         s->cosine[k] = cosine;
     }
 }
@@ -97,7 +97,7 @@ void RTI_ISA_FN(rti_lanes_shine)(rti_worker *w, uint32_t index)
         else
             towards_point(w, light, at, &s);
         if (w->lit_smooth)
-            face(w, light, light->type, at, &s);
+            by_normals(w, light, at, &s);
         weigh(w, at, &s);
         if (w->frame->set.desc.shadows)
             rti_queue_lanes(w, index, NULL, at, rti_lanes_of(s.goes, n), &s);

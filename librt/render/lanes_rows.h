@@ -74,24 +74,29 @@ static inline void rti_put_numbers(uint32_t *to, uint32_t first, uint32_t lanes)
 #endif
 }
 
-/* Where a sheaf's points are, behind those that are noted: their rows up to the geometric normal, their rays and homes. */
+/* A row of points that may be lit, behind those that are noted. */
+static inline float *rti_lit_row(const rti_worker *w, uint32_t row)
+{
+    return w->lit + (size_t)row * w->lit_stride + w->lit_count;
+}
+
+/* Where a sheaf's points are, behind those that are noted: their rows up to the geometric normal, or where some point has another
+ * for shading up to that, their rays and homes. */
 static inline void rti_note_points(rti_worker *w, const rti_sheaf *c)
 {
-    const float *const rows[] = {c->px, c->py, c->pz, c->error, c->gx, c->gy, c->gz}, *const normals[] = {c->nx, c->ny, c->nz};
+    const float *const rows[] = {c->px, c->py, c->pz, c->error, c->gx, c->gy, c->gz, c->nx, c->ny, c->nz};
     if (c->smooth && !w->lit_smooth) {
-        w->lit_smooth = true;
-        for (uint32_t r = 0; r < 3; r++)
-            memcpy(w->lit + (RTI_LIT_NX + r) * (size_t)w->lit_stride, w->lit + (RTI_LIT_GX + r) * (size_t)w->lit_stride,
+        w->lit_smooth = true; /* those before have the geometric one for both */
+        for (size_t r = 0; r < 3; r++)
+            memcpy(w->lit + (RTI_LIT_NX + r) * w->lit_stride, w->lit + (RTI_LIT_GX + r) * w->lit_stride,
                    w->lit_count * sizeof *w->lit);
     }
-    for (uint32_t r = 0; r <= RTI_LIT_GZ; r++)
-        memcpy(w->lit + r * (size_t)w->lit_stride + w->lit_count, rows[r], RTK_BLOCK * sizeof *w->lit);
-    for (uint32_t r = 0; r < 3 && w->lit_smooth; r++)
-        memcpy(w->lit + (RTI_LIT_NX + r) * (size_t)w->lit_stride + w->lit_count, normals[r], RTK_BLOCK * sizeof *w->lit);
+    for (uint32_t r = 0; r <= (w->lit_smooth ? RTI_LIT_NZ : RTI_LIT_GZ); r++)
+        memcpy(rti_lit_row(w, r), rows[r], RTK_BLOCK * sizeof *w->lit);
     memcpy(w->lit_ray + w->lit_count, c->ray, sizeof c->ray);
     memcpy(w->lit_home + w->lit_count, c->home, sizeof c->home);
 }
-_Static_assert(RTI_LIT_PX == 0 && RTI_LIT_ERROR == 3 && RTI_LIT_GX == 4 && RTI_LIT_GZ == 6, "their order");
+_Static_assert(RTI_LIT_PX == 0 && RTI_LIT_ERROR == 3 && RTI_LIT_GX == 4 && RTI_LIT_NX == 7 && RTI_LIT_NZ == 9, "their order");
 
 /* Where chosen lanes of rows go: from place k of a block's rows on, side by side. */
 typedef struct rti_places {

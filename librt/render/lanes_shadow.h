@@ -30,7 +30,7 @@ static inline const float *rti_lit_normal(const rti_worker *w, uint32_t i, uint3
 }
 
 /* How much of their highlights points show that light comes to, and false where none has any to show. */
-static inline bool rti_shine_lanes(const rti_worker *w, uint32_t at, const rti_shadow_lanes *s, float *shine)
+static inline bool rti_highlight_lanes(const rti_worker *w, uint32_t at, const rti_shadow_lanes *s, float *shine)
 {
     const float *sr = rti_lit_from(w, RTI_LIT_SR, at), *sg = rti_lit_from(w, RTI_LIT_SG, at),
                 *sb = rti_lit_from(w, RTI_LIT_SB, at);
@@ -90,7 +90,7 @@ static inline void rti_weigh_lanes(const rti_worker *w, uint32_t at, bool shares
                                    rti_shadow_lanes *s)
 {
     float shine[RTK_BLOCK] RTI_ROW;
-    if (w->lit_shiny && rti_shine_lanes(w, at, s, shine))
+    if (w->lit_shiny && rti_highlight_lanes(w, at, s, shine))
         rti_weigh_by(w, at, shine, shares, share, scale, s);
     else
         rti_weigh_by(w, at, NULL, shares, share, scale, s);

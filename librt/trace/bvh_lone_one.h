@@ -93,14 +93,10 @@ RTI_VEC void lone_slab(const lone_given *g, rti_f4 lo, rti_f4 hi, float *t0, flo
     *t1 = rtk_min(rtk_min(out[0], out[1]), out[2]);
 }
 
-/* Does a ray start near a box, so that its origin stays? far: |org|. */
-RTI_VEC rti_m4 lone_near_in(rti_f4 far, float scale)
+/* The lanes in which a ray starts near a box; if it does in all, its origin stays. far: |org|. */
+RTI_VEC rti_m4 lone_near(rti_f4 far, float scale)
 {
     return rti_f4_le(far, rti_f4_set(RTK_FAR * scale));
-}
-RTI_VEC int lone_near(rti_f4 far, float scale)
-{
-    return lone_all(lone_near_in(far, scale));
 }
 
 /* rtk_ray_approach, the fourth lanes of which do not count. */
@@ -110,7 +106,7 @@ RTI_VEC int lone_approach(rti_f4 dir, rti_f4 lo, rti_f4 hi, float scale, rti_f4 
     const float m = rtk_max(rtk_max(size[0], size[1]), size[2]);
     const rti_f4 d = dir / rti_f4_set(m), square = d * d, cd = split * dir, dh = cd - (cd - dir), dl = dir - dh;
     const float dd = square[0] + square[1] + square[2];
-    for (rtk_u32 k = 0u; k < 6u && !lone_near(rti_f4_abs(*org), scale); k++) {
+    for (rtk_u32 k = 0u; k < 6u && !lone_all(lone_near(rti_f4_abs(*org), scale)); k++) {
         const rti_f4 f = (mid - *org) * d;
         const float step = (f[0] + f[1] + f[2]) / dd / m;
         const rti_f4 t = rti_f4_set(step), p = t * dir, ct = split * t, th = ct - (ct - t), tl = t - th; /* rtk_ff_along */
@@ -118,7 +114,7 @@ RTI_VEC int lone_approach(rti_f4 dir, rti_f4 lo, rti_f4 hi, float scale, rti_f4 
         *org = s + (((*org - (s - b)) + (p - b)) + e);
         *shift += step;
     }
-    return rtk_finite((*org)[0] + (*org)[1] + (*org)[2]) && rtk_finite(*shift) && lone_near(rti_f4_abs(*org), scale);
+    return rtk_finite((*org)[0] + (*org)[1] + (*org)[2]) && rtk_finite(*shift) && lone_all(lone_near(rti_f4_abs(*org), scale));
 }
 
 /* Its way through a part from which it starts far away (rtk_ray_prepare): as lone_part. */
@@ -168,7 +164,7 @@ RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part
     float t0, t1;
     if (!lone_tree(tree))
         return -1;
-    if (__builtin_expect(!lone_near(far, part->scale), 0))
+    if (__builtin_expect(!lone_all(lone_near(far, part->scale)), 0))
         return lone_passes(l, g, far, lo, hi, part->scale) ? 0 : lone_part_moved(l, mode, g, part, tree);
     lone_slab(g, lo, hi, &t0, &t1);
     if (!(t0 <= t1) || t1 < tmin || t0 > tmax)
@@ -197,7 +193,7 @@ RTI_VEC int lone_mesh(lone *l, rtk_u32 mode, const rtk_scene *scene, const rti_r
     float t0, t1;
     lone_given g;
     rti_m4 fit = lone_start(l, scene, ray, &g);
-    fit = rti_m4_and(fit, lone_near_in(rti_f4_abs(g.org), part->scale));
+    fit = rti_m4_and(fit, lone_near(rti_f4_abs(g.org), part->scale));
     fit = rti_m4_and(fit, lone_turn_to(l, &part->bvh, part->scale, g.org, g.inv));
     if (__builtin_expect(!lone_all(fit) || !lone_ranged(ray, &g) || ray->mask == 0u || part->bvh.block_count == 0u, 0))
         return -1;
@@ -295,7 +291,7 @@ RTI_VEC int lone_top_ready(lone *l, const lone_given *g, const rtk_scene *s, con
     float t0, t1, shift = 0.0f;
     if (!(s->top_lo.x <= s->top_hi.x))
         return 0;
-    if (!lone_near(far, s->top_scale)) {
+    if (!lone_all(lone_near(far, s->top_scale))) {
         if (lone_passes(l, g, far, lo, hi, s->top_scale) ||
             !lone_approach(rti_f4_load(l->ray->dir), lo, hi, s->top_scale, &at.org, &shift))
             return 0;

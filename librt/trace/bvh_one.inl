@@ -137,9 +137,9 @@ static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time,
     if (scene->flags & RTK_SCENE_MESH) {
         lone l;
         const int end = lone_mesh(&l, RTK_MODE, scene, ray);
-        if (end >= 0 && (RTK_MODE & RTK_MODE_ANY))
-            return end;
         if (end >= 0) {
+            if (RTK_MODE & RTK_MODE_ANY)
+                return end;
             memcpy(hit, &l.best, sizeof l.best);
             return l.best.prim != RTK_INVALID;
         }

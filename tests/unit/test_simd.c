@@ -419,7 +419,7 @@ static void take_rows(void (*take)(const uint32_t ray[16], const uint32_t *block
     }
 }
 
-/* Every choice of lanes, from any word's place; words that are no numbers, too. */
+/* Every choice of lanes, of words that are numbers and of others. */
 static void unlike(uint32_t (*of)(const uint32_t p[16], uint32_t word))
 {
     static const uint32_t words[] = {0, 1, 0x80000000u, 0x7fc00000u, 0xffffffffu};
