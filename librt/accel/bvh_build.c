@@ -545,7 +545,6 @@ static rt_status build_binary(build *job, const rti_bvh_range *root)
 static void settle(rti_bvh *t)
 {
     const rti_build *b = t->b;
-    t->unit = rti_bvh_unit(b->in->lo, b->in->hi);
     t->grow2 = rti_f4_xyz(rti_f4_set(2.0f * b->in->grow));
     t->blocks = b->in->tri_count > 0 && b->builder != RTI_BUILD_BVH_COMPACT;
     t->depth = b->max_depth;
@@ -557,12 +556,10 @@ static void settle(rti_bvh *t)
     t->balls = b->in->tri_count == 0 && b->in->balls;
     t->spatial = b->builder == RTI_BUILD_BVH_SPATIAL;
     t->thinnest = 4.0f * b->in->grow;
-    t->root_area = rti_bvh_area(
-        t, (rti_bvh_box){{b->in->lo[0], b->in->lo[1], b->in->lo[2], 0.0f}, {b->in->hi[0], b->in->hi[1], b->in->hi[2], 0.0f}});
+    rti_bvh_set_areas(t);
     t->room = b->prim_count > 0 ? b->prim_count : 1;
     t->fine_area = 4.0f * t->root_area / (float)t->room; /* less is met by few rays, and most ranges are less */
     t->finest_area = 5.0f * t->fine_area;
-    t->many_area = t->blocks && b->in->box_count == 0 ? 0.03f * t->root_area : RTK_INF; /* beside shapes there are no streams */
     if (t->spatial) {
         const uint32_t most = RTI_REF_MAX / 2;
         t->room = (size_t)rtk_min((float)t->room * b->duplication + 16.0f, (float)most);

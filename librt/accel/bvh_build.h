@@ -124,6 +124,15 @@ static inline float rti_bvh_area(const rti_bvh *t, rti_bvh_box b)
     return rti_f4_area(rti_bvh_sides(t, b));
 }
 
+/* Sets unit, root_area and many_area of what the tree is over; blocks and grow2 are set. */
+static inline void rti_bvh_set_areas(rti_bvh *t)
+{
+    const rti_build_input *in = t->b->in;
+    t->unit = rti_bvh_unit(in->lo, in->hi);
+    t->root_area = rti_bvh_area(t, (rti_bvh_box){{in->lo[0], in->lo[1], in->lo[2], 0.0f}, {in->hi[0], in->hi[1], in->hi[2], 0.0f}});
+    t->many_area = t->blocks && in->box_count == 0 ? 0.03f * t->root_area : RTK_INF; /* beside shapes there are no streams */
+}
+
 static inline float rti_bvh_node_area(const rti_bvh *t, uint32_t node)
 {
     const rti_bvh_node *n = &t->nodes[node];

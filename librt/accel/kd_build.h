@@ -21,7 +21,7 @@ typedef struct rti_kd_bin_kernels {
 } rti_kd_bin_kernels;
 const rti_kd_bin_kernels *rti_kd_bin_kernels_at(rti_isa isa);
 
-#define RTI_KD_SWEPT 64u /* references of a leaf that are tried on all three axes; more are halved along the longest */
+#define RTI_KD_SWEPT 64u /* references of a leaf that are parted at any place; more are parted by a BVH's bins */
 
 /* kd_piece.c */
 typedef struct rti_kd_piece_kernels {

@@ -1,24 +1,23 @@
 /* Large leaves of a kd-tree become small binary trees of pieces, a few triangles each, of which bvh_fold.c makes the leaves of
  * nodes of eight: what walks in vectors asks for those' boxes before their triangles. So cells need not be split until they list
- * few, where triangles are listed more and more often (a third less memory, rays 1.05 to 1.25 times as fast). Pieces of whole
- * blocks would be half as many, but put a wall's triangle together with what stands before it, and every other row of a surface
- * in two: rays were 1.01 to 1.45 times as slow by them. The leaf itself stays as it is.
+ * few, where triangles are listed more and more often (build.c's intersect_cost: a hundred or more are one). Hundreds are parted
+ * by the bins of a BVH's builder, fewer at any place. Pieces of whole blocks would be half as many, but put a wall's triangle
+ * together with what stands before it, and every other row of a surface in two: rays were 1.01 to 1.45 times as slow by them. The
+ * leaf itself stays as it is.
  *
  * A piece's box is what lies around its triangles' parts in the box of the leaf (kd_piece.c). The leaf's box
  * is around the parts in its cell, grown, so what is in the cell is in the box grown; a hit in the cell's part of a ray's way is
  * then in the piece's box, by ray.h, points 3 and 4.
  */
-#include <stdlib.h>
-
 #include "kd_build.h"
 
 #define PIECE 2u /* triangles that are never parted; of a few more kernels tell whether it is worth it */
 
 RTI_ISA_TABLES(rti_kd_piece_kernels, rti_kd_piece_kernels_at)
 
-/* A range of items that is to become node `node`. */
+/* A range of items that is to become node `node`, so many ranges below the leaf. */
 typedef struct span {
-    uint32_t begin, count, node;
+    uint32_t begin, count, node, depth;
 } span;
 
 /* own: nodes of the pieces, two at a time, numbered from kd_count on. */
@@ -29,37 +28,33 @@ typedef struct cutter {
     uint32_t own_count;
     size_t own_capacity;
     rti_ref *items, *spare;
-    uint64_t *keys;
     span *spans;
-    size_t item_capacity, spare_capacity, key_capacity, span_capacity, span_count;
+    size_t item_capacity, spare_capacity, span_capacity, span_count;
 } cutter;
 
-/* Keys are in the order of x, and where that is equal in that of `index`, which is their lower half. */
-static uint64_t key_of(float x, uint32_t index)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    bits ^= bits >> 31 ? 0xffffffffu : 0x80000000u;
-    return (uint64_t)bits << 32 | index;
-}
+/* Of ranges that are binned, at most so many lie in each other: below them halves are taken as they come. */
+#define CAREFUL 48u
 
-static int compare(const void *a, const void *b)
+/* Puts more than are swept in order by the cheapest of a BVH's bins; returns how many of them are the left part. */
+static uint32_t part_many(const rti_bvh *t, const rti_ref *items, uint32_t count, uint32_t depth, rti_ref *sorted)
 {
-    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-    return (x > y) - (x < y);
-}
-
-/* Puts more than are swept in order along their box's longest axis; returns how many of them are the left half. */
-static uint32_t halve(const cutter *c, const rti_ref *items, uint32_t count, rti_bvh_box box, rti_ref *sorted)
-{
-    const rti_f4 d = box.hi - box.lo;
-    const uint32_t axis = d[0] >= d[1] && d[0] >= d[2] ? 0 : (d[1] >= d[2] ? 1 : 2);
-    for (uint32_t i = 0; i < count; i++)
-        c->keys[i] = key_of(items[i].lo[axis] + items[i].hi[axis], i);
-    qsort(c->keys, count, sizeof *c->keys, compare);
-    for (uint32_t i = 0; i < count; i++)
-        sorted[i] = items[(uint32_t)c->keys[i]];
-    return count / 2 / RTK_BVH_BLOCK * RTK_BVH_BLOCK;
+    rti_bvh_range range = {.mid = rti_bvh_nothing(), .count = count};
+    rti_bvh_box mids[2] = {rti_bvh_nothing(), rti_bvh_nothing()};
+    rti_bvh_split split;
+    rti_bvh_bins bins;
+    for (uint32_t i = 0; i < count; i++) {
+        const rti_f4 mid = rti_bvh_mid(rti_bvh_ref_box(&items[i]));
+        rti_bvh_extend(&range.mid, (rti_bvh_box){mid, mid});
+    }
+    rti_bvh_split_begin(&range, &split);
+    t->kernels->bin(&split, items, count, &bins);
+    t->kernels->find(t, &bins, &split);
+    if (split.axis == 3 || depth >= CAREFUL) {
+        memcpy(sorted, items, count * sizeof *items);
+        return count / 2;
+    }
+    t->kernels->scatter(&split, items, count, sorted, sorted + count, mids);
+    return split.left_count;
 }
 
 /* A large leaf, node `node` of the kd-tree, and its references, from `first` on. */
@@ -79,8 +74,7 @@ static bool reserve(cutter *c, uint32_t count)
 {
     rt_context *ctx = c->t->ctx;
     return rti_reserve(ctx, (void **)&c->items, &c->item_capacity, 0, count, sizeof *c->items) &&
-           rti_reserve(ctx, (void **)&c->spare, &c->spare_capacity, 0, count, sizeof *c->spare) &&
-           rti_reserve(ctx, (void **)&c->keys, &c->key_capacity, 0, count, sizeof *c->keys);
+           rti_reserve(ctx, (void **)&c->spare, &c->spare_capacity, 0, count, sizeof *c->spare);
 }
 
 static rti_bvh_node *node_at(const cutter *c, uint32_t node)
@@ -103,7 +97,7 @@ static uint32_t take_pair(cutter *c, uint32_t node)
 static bool cut_leaf(cutter *c, const large *l)
 {
     const rti_bvh *t = c->t;
-    if (!reserve(c, l->count) || !push(c, (span){0, l->count, l->node}))
+    if (!reserve(c, l->count) || !push(c, (span){0, l->count, l->node, 0}))
         return false;
     c->kernels->refs(t->b->in, t->kd[l->node].lo, t->kd[l->node].hi, t->kd_refs + l->first, l->count, c->items);
     while (c->span_count > 0) {
@@ -117,7 +111,7 @@ static bool cut_leaf(cutter *c, const large *l)
             n->hi[a] = box.hi[a];
         }
         if (s.count > RTI_KD_SWEPT)
-            left = halve(c, items, s.count, box, c->spare);
+            left = part_many(t, items, s.count, s.depth, c->spare);
         else if (s.count > PIECE)
             left = c->kernels->part(t, items, s.count, c->spare);
         if (left == 0) {
@@ -129,7 +123,8 @@ static bool cut_leaf(cutter *c, const large *l)
         }
         memcpy(items, c->spare, s.count * sizeof *items);
         pair = take_pair(c, s.node);
-        if (pair == 0 || !push(c, (span){s.begin + left, s.count - left, pair + 1}) || !push(c, (span){s.begin, left, pair}))
+        if (pair == 0 || !push(c, (span){s.begin + left, s.count - left, pair + 1, s.depth + 1}) ||
+            !push(c, (span){s.begin, left, pair, s.depth + 1}))
             return false;
     }
     return true;
@@ -137,7 +132,7 @@ static bool cut_leaf(cutter *c, const large *l)
 
 /* ---- all leaves ----------------------------------------------------------------------------------------------------------- */
 
-#define CHUNK 4096u /* nodes a task */
+#define CHUNK 256u /* nodes a task */
 
 /* Of a task: what became of it, the nodes of its pieces, and where they will be. */
 typedef struct made {
@@ -208,7 +203,6 @@ static void cut_task(void *data, uint32_t index)
     m->got = take_leaves(j->t, &c, index * CHUNK, end_of(j, index));
     rti_free(ctx, c.items, c.item_capacity * sizeof *c.items);
     rti_free(ctx, c.spare, c.spare_capacity * sizeof *c.spare);
-    rti_free(ctx, c.keys, c.key_capacity * sizeof *c.keys);
     rti_free(ctx, c.spans, c.span_capacity * sizeof *c.spans);
     m->own = c.own;
     m->count = c.own_count;

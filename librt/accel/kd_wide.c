@@ -45,7 +45,7 @@ rt_status rti_kd_widen(rt_context *ctx, const rti_build *b, double start, void *
 {
     const rtk_tree_header *h = *chunk;
     const char *bytes = *chunk;
-    rti_bvh t = {.ctx = ctx, .b = b};
+    rti_bvh t = {.ctx = ctx, .kernels = rti_bvh_kernels_at(rti_context_isa(ctx)), .b = b};
     void *wide = NULL;
     size_t wide_size = 0;
     rt_status status;
@@ -58,10 +58,9 @@ rt_status rti_kd_widen(rt_context *ctx, const rti_build *b, double start, void *
     t.together = t.blocks ? 2 : 0;
     t.leaf_cost = b->cost_traverse; /* as of a BVH; what a triangle costs where cells are split says nothing of a block */
     t.most = RTI_BVH_MERGED;
-    t.many_area = RTK_INF; /* cells are small already: it makes no difference */
     t.top_count = rtk_umin(t.kd_count, TOP);
-    t.unit = rti_bvh_unit(b->in->lo, b->in->hi);
     t.grow2 = rti_f4_set(0.0f);
+    rti_bvh_set_areas(&t);
     status = rti_kd_cut_leaves(&t);
     if (status == RT_OK && !take_inner(&t))
         status = RT_ERROR_CANCELLED;

@@ -200,10 +200,13 @@ bool test_world_move(test_world *w, const float (*m)[12], uint32_t count)
 static rt_status build_all(test_world *w, const rti_build_input *in, const rti_build_settings *kd, void *chunks[TEST_TREES],
                            size_t sizes[TEST_TREES])
 {
+    rti_build_settings fine = kd ? *kd : (rti_build_settings){0};
     rti_build_settings octree = {.builder = RTI_BUILD_OCTREE};
     rti_build_settings bvh = {.builder = w->bvh_builder ? w->bvh_builder : RTI_BUILD_BVH};
-    const rti_build_settings *settings[TEST_TREES] = {kd, &octree, &bvh};
+    const rti_build_settings *settings[TEST_TREES] = {&fine, &octree, &bvh};
     rt_status status = RT_OK;
+    if (fine.builder == RTI_BUILD_KD_EXACT && !(fine.cost_intersect > 0.0f) && in->box_count == 0)
+        fine.cost_intersect = 0.0625f;
     for (int i = 0; i < TEST_TREES && status == RT_OK; i++)
         status = rti_tree_build(w->ctx, in, settings[i], NULL, &chunks[i], &sizes[i]);
     return status;

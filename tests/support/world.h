@@ -60,7 +60,8 @@ void test_world_plane(test_world *w, uint32_t group, const float point[3], const
 void test_world_instance(test_world *w, uint32_t group, const float m[12], uint32_t mask);
 /* The last instance goes on to these places [count] of 12 floats; false: scene/motion.c refuses the way, and it stands still. */
 bool test_world_move(test_world *w, const float (*m)[12], uint32_t count);
-/* Bounds and trees (kd by the given settings; the others by their defaults). */
+/* Bounds and trees (kd by the given settings; the others by their defaults). An exact kd-tree over triangles gets small cells if
+ * nothing is said: in those that are usual a scene of a test would be one or two, and no triangle stand in many. */
 rt_status test_world_commit(test_world *w, const rti_build_settings *kd);
 /* What stands in the world's scene was changed by hand. */
 void test_world_changed(test_world *w);

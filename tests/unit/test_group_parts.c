@@ -65,6 +65,8 @@ static void commit(rt_scene *scene, const char *accel)
 {
     rt_commit_desc d = rt_commit_desc_default();
     d.accel = accel;
+    if (strcmp(accel, "kdtree") == 0)
+        d.cost_intersect = 0.0625f; /* small cells, or a ball's would be a few */
     kit_ok(rt_scene_context(scene), rt_scene_commit(scene, &d));
 }
 

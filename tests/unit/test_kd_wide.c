@@ -145,14 +145,16 @@ static void test_wide(void **state)
             boxes[i][a] = test_range(&r, -1, 1);
             boxes[i][3 + a] = boxes[i][a] + 0.1f;
         }
-    for (int k = 0; k < 5; k++) { /* of triangles by each builder, with boxes, of one triangle */
-        rti_build_input in = k < 3 ? test_input(&m) : test_input_boxes(&m, (const float(*)[6])boxes, BOXES);
+    for (int k = 0; k < 6; k++) { /* of triangles by each builder, with boxes, of one triangle, in small cells */
+        rti_build_input in = k < 3 || k == 5 ? test_input(&m) : test_input_boxes(&m, (const float(*)[6])boxes, BOXES);
         rti_build_settings s = k == 2 ? rti_build_preset_find("paper")->settings
                                       : (rti_build_settings){.builder = k == 1 ? RTI_BUILD_KD_BINNED : RTI_BUILD_KD_EXACT};
         void *chunk;
         size_t size;
         if (k == 4)
             in.tri_count = 1;
+        if (k == 5)
+            s.cost_intersect = 0.0625f;
         in.box_count = k == 4 ? 0 : in.box_count;
         assert_int_equal(rti_tree_build(ctx, &in, &s, NULL, &chunk, &size), RT_OK);
         const rtk_tree_header *h = chunk;

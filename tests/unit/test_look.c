@@ -94,7 +94,7 @@ static void test_builders_costs(void **state)
     q.tracer = "kdtree";
     d.builder = "exact";
     kit_ok(ctx, rt_scene_commit(s, &d));
-    assert_true(shape_of(s, &q).cost_intersect == 0.0625f);
+    assert_true(shape_of(s, &q).cost_intersect == 0.0078125f);
     kit_sphere(s, 3.0f, 0.0f, 0.0f, 0.5f); /* shapes are met one by one */
     kit_ok(ctx, rt_scene_commit(s, &d));
     assert_true(shape_of(s, &q).cost_intersect == 0.25f);
