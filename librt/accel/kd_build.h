@@ -29,8 +29,8 @@ typedef struct rti_kd_piece_kernels {
     void (*refs)(const rti_build_input *in, const float lo[3], const float hi[3], const uint32_t *prims, uint32_t count,
                  rti_ref *refs);
     /* Puts 3 to RTI_KD_SWEPT references in the order in which the first of them, as many as is returned, are the cheapest left
-     * part. 0: they are no more than a block, and cheaper together. */
-    uint32_t (*part)(const rti_bvh *t, const rti_ref *refs, uint32_t count, rti_ref *sorted);
+     * part. area: of the box around them. 0: they are no more than a block, and cheaper together. */
+    uint32_t (*part)(const rti_bvh *t, const rti_ref *refs, uint32_t count, float area, rti_ref *sorted);
     rti_bvh_box (*around)(const rti_ref *refs, uint32_t count);
 } rti_kd_piece_kernels;
 const rti_kd_piece_kernels *rti_kd_piece_kernels_at(rti_isa isa);

@@ -113,7 +113,7 @@ static bool cut_leaf(cutter *c, const large *l)
         if (s.count > RTI_KD_SWEPT)
             left = part_many(t, items, s.count, s.depth, c->spare);
         else if (s.count > PIECE)
-            left = c->kernels->part(t, items, s.count, c->spare);
+            left = c->kernels->part(t, items, s.count, rti_bvh_area(t, box), c->spare);
         if (left == 0) {
             n->child = l->first + s.begin;
             n->count = s.count;

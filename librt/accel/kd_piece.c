@@ -210,9 +210,18 @@ RTI_VEC rti_f4 areas_of(const rti_bvh *t, const hull all[4])
 /* Leaves of pieces stand in blocks: sums here are rti_bvh_leaf_cost's, and three or four cost what one does. */
 _Static_assert(RTK_BVH_BLOCK == 4u, "what a leaf costs");
 
-/* The cheapest place to part sorted references at; *cost: what it costs. */
+/* Blocks of so many triangles. many: where many rays meet them (rti_bvh_leaf_total) one costs a part of a block; by whole blocks,
+ * a wall's two triangles and another's would be as well with two of the ceiling's. */
+static inline rti_f4 blocks_of(rti_i4 count, bool many)
+{
+    if (many)
+        return rti_i4_floats(count) * rti_f4_set(0.25f);
+    return rti_i4_floats((count + 3) >> 2);
+}
+
+/* The cheapest place to part sorted references at; *cost: what it costs. many: as of blocks_of. */
 static inline uint32_t sweep(const rti_bvh *t, const hull boxes[RTI_KD_SWEPT], const uint8_t order[RTI_KD_SWEPT], uint32_t count,
-                             float *cost)
+                             bool many, float *cost)
 {
     float left[RTI_KD_SWEPT + SPARE];      /* areas of the first k + 1, */
     float right[RTI_KD_SWEPT + 2 * SPARE]; /* and of those from k - SPARE on */
@@ -234,8 +243,8 @@ static inline uint32_t sweep(const rti_bvh *t, const hull boxes[RTI_KD_SWEPT], c
     }
     for (uint32_t k = 1; k < count; k += 4, at += 4) {
         const rti_i4 rest = (int32_t)count - at;
-        const rti_f4 fours = rti_i4_floats((at + 3) >> 2), others = rti_i4_floats((rest + 3) >> 2);
-        const rti_f4 sum = rti_f4_load(left + k - 1) * (own * fours) + rti_f4_load(right + SPARE + k) * (own * others);
+        const rti_f4 sum = rti_f4_load(left + k - 1) * (own * blocks_of(at, many)) +
+                           rti_f4_load(right + SPARE + k) * (own * blocks_of(rest, many));
         const rti_i4 take = (sum < best) & (rest > 0);
         best = rti_f4_pick(take, sum, best);
         which = rti_i4_pick(take, at, which);
@@ -276,7 +285,7 @@ static inline uint32_t part_few(const rti_bvh *t, const rti_ref *refs, uint32_t 
     return best < 4 ? 1 : 2;
 }
 
-static uint32_t part(const rti_bvh *t, const rti_ref *refs, uint32_t count, rti_ref *sorted)
+static uint32_t part(const rti_bvh *t, const rti_ref *refs, uint32_t count, float area, rti_ref *sorted)
 {
     uint8_t order[3][RTI_KD_SWEPT];
     int32_t low[3][RTI_KD_SWEPT];
@@ -291,7 +300,7 @@ static uint32_t part(const rti_bvh *t, const rti_ref *refs, uint32_t count, rti_
     for (uint32_t axis = 0; axis < 3; axis++) {
         float cost;
         rank(low[axis], count, order[axis]);
-        const uint32_t place = sweep(t, boxes, order[axis], count, &cost);
+        const uint32_t place = sweep(t, boxes, order[axis], count, area > t->many_area, &cost);
         if (axis > 0 && !(cost < least))
             continue;
         by = axis;

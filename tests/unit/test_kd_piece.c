@@ -97,14 +97,15 @@ static void test_refs(void **state)
     }
 }
 
-static double cost_of(const rti_bvh *t, const rti_ref *refs, uint32_t count)
+/* many: what so many triangles cost, not blocks. */
+static double cost_of(const rti_bvh *t, const rti_ref *refs, uint32_t count, bool many)
 {
     double d[3], area;
     const rti_bvh_box box = rti_kd_piece_kernels_at(RTI_ISA_GENERIC)->around(refs, count);
     for (int a = 0; a < 3; a++)
         d[a] = (double)box.hi[a] - box.lo[a];
     area = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
-    return area * rti_bvh_leaf_cost(t, count);
+    return area * (many ? 0.25 * count * t->leaf_cost : (double)rti_bvh_leaf_cost(t, count));
 }
 
 static int by_axis;
@@ -119,7 +120,7 @@ static int compare(const void *a, const void *b)
 /* The cheapest way to part some references in two, or not to. */
 static double best_of_few(const rti_bvh *t, const rti_ref *refs, uint32_t count)
 {
-    double best = cost_of(t, refs, count);
+    double best = cost_of(t, refs, count, false);
     for (uint32_t chosen = 1; chosen + 1 < 1u << count; chosen++) {
         rti_ref side[2][4];
         uint32_t n[2] = {0, 0};
@@ -127,7 +128,7 @@ static double best_of_few(const rti_bvh *t, const rti_ref *refs, uint32_t count)
             const uint32_t k = chosen >> i & 1u;
             side[k][n[k]++] = refs[i];
         }
-        best = fmin(best, cost_of(t, side[0], n[0]) + cost_of(t, side[1], n[1]));
+        best = fmin(best, cost_of(t, side[0], n[0], false) + cost_of(t, side[1], n[1], false));
     }
     return best;
 }
@@ -135,13 +136,15 @@ static double best_of_few(const rti_bvh *t, const rti_ref *refs, uint32_t count)
 /* No place along any axis is cheaper; of few references, no way at all is. */
 static void test_part(void **state)
 {
-    const rti_bvh t = {.together = 2, .leaf_cost = 1.0f, .unit = 1.0f, .grow2 = {0}};
+    const rti_bvh t = {.together = 2, .leaf_cost = 1.0f, .unit = 1.0f, .grow2 = {0}, .many_area = 1.0f};
     test_rng r = {9};
     uint32_t wholes = 0;
     (void)state;
     for (int round = 0; round < ROUNDS; round++) {
         rti_ref refs[SOME], first[SOME], sorted[SOME], other[SOME];
         const uint32_t count = round % 4 == 1 ? 3 + test_u32(&r) % 2 : 3 + test_u32(&r) % (SOME - 2);
+        const bool many = round / 8 % 2 == 1; /* as large as is met by many rays; a block is one in any case */
+        const float area = many ? 2.0f : 0.5f;
         uint32_t left = 0, seen = 0;
         double best = INFINITY;
         for (uint32_t i = 0; i < count; i++) {
@@ -155,7 +158,7 @@ static void test_part(void **state)
         for (int isa = 0; isa < RTI_ISA_COUNT; isa++) {
             if (!rti_isa_runs((rti_isa)isa))
                 continue;
-            const uint32_t at = rti_kd_piece_kernels_at((rti_isa)isa)->part(&t, refs, count, sorted);
+            const uint32_t at = rti_kd_piece_kernels_at((rti_isa)isa)->part(&t, refs, count, area, sorted);
             if (isa == RTI_ISA_GENERIC) {
                 left = at;
                 memcpy(first, sorted, sizeof sorted);
@@ -165,7 +168,7 @@ static void test_part(void **state)
         }
         wholes += left == 0;
         if (left == 0) {
-            assert_true(count <= RTK_BVH_BLOCK && cost_of(&t, refs, count) <= best_of_few(&t, refs, count) * 1.000001);
+            assert_true(count <= RTK_BVH_BLOCK && cost_of(&t, refs, count, false) <= best_of_few(&t, refs, count) * 1.000001);
             continue;
         }
         assert_true(left < count);
@@ -180,10 +183,12 @@ static void test_part(void **state)
             memcpy(other, refs, sizeof other);
             qsort(other, count, sizeof *other, compare);
             for (uint32_t k = 1; k < count; k++)
-                best = fmin(best, cost_of(&t, other, k) + cost_of(&t, other + k, count - k));
+                best = fmin(best, cost_of(&t, other, k, many) + cost_of(&t, other + k, count - k, many));
         }
         if (round % 8 != 0) /* there an order among equal ones would count */
-            assert_true(cost_of(&t, first, left) + cost_of(&t, first + left, count - left) <= best * 1.000001);
+            assert_true(cost_of(&t, first, left, count > RTK_BVH_BLOCK && many) +
+                            cost_of(&t, first + left, count - left, count > RTK_BVH_BLOCK && many) <=
+                        best * 1.000001);
     }
     assert_in_range(wholes, ROUNDS / 20, ROUNDS / 4);
 }
