@@ -32,6 +32,7 @@ typedef struct rti_build {
     rti_cell root;
     uint32_t builder, max_depth, leaf_size, prim_count;
     float cost_traverse, cost_intersect, empty_bonus, duplication;
+    float cost_sought; /* of a kd-tree: planes are looked for as if a primitive cost this, cost_intersect or more */
     float min_size;
     uint32_t clip_above; /* triangles are clipped in nodes of more references */
     rti_isa isa;
@@ -101,7 +102,8 @@ typedef struct rti_kd_split {
     uint32_t left_count, right_count; /* of references on each side; the binned builder's are close to it */
 } rti_kd_split;
 
-/* The cheapest plane for `count` references in `cell`; scratch: 3 * count floats. */
+/* The cheapest plane for `count` references in `cell`, if it is cheaper than a leaf where a primitive costs b->cost_sought; scratch:
+ * 3 * count floats. */
 rti_kd_split rti_kd_find_split(const rti_build *b, const rti_cell *cell, const rti_ref *refs, uint32_t count, float *scratch);
 
 /* ---- the frame of all builders (top.c) ---- */

@@ -157,6 +157,17 @@ static inline rti_f4 rti_bvh_mid(rti_bvh_box b)
     return rti_f4_xyz(b.lo + b.hi);
 }
 
+/* Around the mids of references. */
+static inline rti_bvh_box rti_bvh_mids(const rti_ref *refs, uint32_t count)
+{
+    rti_bvh_box mids = rti_bvh_nothing();
+    for (uint32_t i = 0; i < count; i++) {
+        const rti_f4 mid = rti_bvh_mid(rti_bvh_ref_box(&refs[i]));
+        rti_bvh_extend(&mids, (rti_bvh_box){mid, mid});
+    }
+    return mids;
+}
+
 /* Which bin, on each axis: `at` cut to 0 ... last. */
 static inline void rti_bvh_bins_of(rti_f4 at, float last, int32_t out[4])
 {

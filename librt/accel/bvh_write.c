@@ -440,7 +440,7 @@ static bool too_large(const rti_bvh *t, const totals *sum)
  * the root's area does, and nodes are filled. */
 static float node_cost(const rti_bvh *t, float times)
 {
-    return times * t->b->cost_traverse * t->root_area / rtk_max((float)t->b->prim_count, 1.0f);
+    return times > 0.0f ? times * t->b->cost_traverse * t->root_area / rtk_max((float)t->b->prim_count, 1.0f) : 0.0f;
 }
 
 static rt_status fold(writer *w, uint32_t root, uint32_t *cuts, todo *list, char **bytes, size_t *size)

@@ -1,10 +1,30 @@
 /* The kd-tree's builders: a node is split where kd_split.c says, until a leaf is cheaper. */
 #include <string.h>
 
-#include "build.h"
+#include "bvh_build.h"
 
 #define DEAL      128u                /* references dealt out at a time */
 #define STACK_MAX (RTK_KD_DEPTH + 2u) /* nodes that wait: one a level below the one at work */
+
+/* Of triangles that can be told by boxes two pieces cost half of what they do together, and a plane's sides, three quarters;
+ * needles that lie across each other cost as much either way, and less by the next plane. */
+#define PARTS 1.1f
+
+/* Do planes part the references about as well as they are parted as they are, in pieces, or better? both: what a plane's two
+ * sides cost, in references of the whole cell. */
+static bool planes_part(const rti_build *b, const rti_item *it, const rti_ref *refs, float both)
+{
+    const rti_bvh t = {
+        .b = b, .kernels = rti_bvh_kernels_at(b->isa), .leaf_cost = 1.0f, .unit = rti_bvh_unit(it->cell.lo, it->cell.hi)};
+    const float *lo = it->cell.lo, *hi = it->cell.hi;
+    rti_bvh_range range = {.mid = rti_bvh_mids(refs, it->count), .count = it->count};
+    rti_bvh_split split;
+    rti_bvh_bins bins;
+    rti_bvh_split_begin(&range, &split);
+    t.kernels->bin(&split, refs, it->count, &bins);
+    t.kernels->find(&t, &bins, &split);
+    return both * rti_bvh_area(&t, (rti_bvh_box){{lo[0], lo[1], lo[2], 0.0f}, {hi[0], hi[1], hi[2], 0.0f}}) < PARTS * split.cost;
+}
 
 /* Settles how `it` is split; false: it is a leaf. */
 static bool choose(const rti_build *b, const rti_item *it, const rti_ref *refs, float *scratch, rti_kd_split *split)
@@ -12,7 +32,12 @@ static bool choose(const rti_build *b, const rti_item *it, const rti_ref *refs, 
     if (it->count <= b->leaf_size || it->depth >= b->max_depth)
         return false;
     *split = rti_kd_find_split(b, &it->cell, refs, it->count, scratch);
-    return split->axis < 3 && (uint64_t)split->left_count + split->right_count <= it->budget;
+    if (split->axis == 3 || (uint64_t)split->left_count + split->right_count > it->budget)
+        return false;
+    if (b->cost_sought == b->cost_intersect)
+        return true;
+    const float both = (split->cost - b->cost_traverse) / b->cost_sought;
+    return b->cost_traverse + b->cost_intersect * both < b->cost_intersect * (float)it->count || planes_part(b, it, refs, both);
 }
 
 static void make_children(const rti_item *it, const rti_kd_split *split, const uint32_t counts[2], rti_item out[2])

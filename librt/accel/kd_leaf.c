@@ -33,23 +33,22 @@ typedef struct cutter {
 } cutter;
 
 /* Of ranges that are binned, at most so many lie in each other: below them halves are taken as they come. */
-#define CAREFUL 48u
+#define CAREFUL 32u
 
 /* Puts more than are swept in order by the cheapest of a BVH's bins; returns how many of them are the left part. */
 static uint32_t part_many(const rti_bvh *t, const rti_ref *items, uint32_t count, uint32_t depth, rti_ref *sorted)
 {
-    rti_bvh_range range = {.mid = rti_bvh_nothing(), .count = count};
+    rti_bvh_range range = {.mid = rti_bvh_mids(items, count), .count = count};
     rti_bvh_box mids[2] = {rti_bvh_nothing(), rti_bvh_nothing()};
     rti_bvh_split split;
     rti_bvh_bins bins;
-    for (uint32_t i = 0; i < count; i++) {
-        const rti_f4 mid = rti_bvh_mid(rti_bvh_ref_box(&items[i]));
-        rti_bvh_extend(&range.mid, (rti_bvh_box){mid, mid});
+    split.axis = 3;
+    if (depth < CAREFUL) {
+        rti_bvh_split_begin(&range, &split);
+        t->kernels->bin(&split, items, count, &bins);
+        t->kernels->find(t, &bins, &split);
     }
-    rti_bvh_split_begin(&range, &split);
-    t->kernels->bin(&split, items, count, &bins);
-    t->kernels->find(t, &bins, &split);
-    if (split.axis == 3 || depth >= CAREFUL) {
+    if (split.axis == 3) {
         memcpy(sorted, items, count * sizeof *items);
         return count / 2;
     }
@@ -94,11 +93,12 @@ static uint32_t take_pair(cutter *c, uint32_t node)
     return pair;
 }
 
-static bool cut_leaf(cutter *c, const large *l)
+static rt_status cut_leaf(cutter *c, const large *l)
 {
     const rti_bvh *t = c->t;
+    uint32_t work = 0;
     if (!reserve(c, l->count) || !push(c, (span){0, l->count, l->node, 0}))
-        return false;
+        return RT_ERROR_MEMORY;
     c->kernels->refs(t->b->in, t->kd[l->node].lo, t->kd[l->node].hi, t->kd_refs + l->first, l->count, c->items);
     while (c->span_count > 0) {
         const span s = c->spans[--c->span_count];
@@ -106,6 +106,12 @@ static bool cut_leaf(cutter *c, const large *l)
         const rti_bvh_box box = c->kernels->around(items, s.count);
         rti_bvh_node *n = node_at(c, s.node);
         uint32_t left = 0, pair;
+        work += s.count + 16;
+        if (work > 65536) {
+            work = 0;
+            if (rti_cancelled(t->b->cancel))
+                return RT_ERROR_CANCELLED;
+        }
         for (int a = 0; a < 3; a++) {
             n->lo[a] = box.lo[a];
             n->hi[a] = box.hi[a];
@@ -125,9 +131,9 @@ static bool cut_leaf(cutter *c, const large *l)
         pair = take_pair(c, s.node);
         if (pair == 0 || !push(c, (span){s.begin + left, s.count - left, pair + 1, s.depth + 1}) ||
             !push(c, (span){s.begin, left, pair, s.depth + 1}))
-            return false;
+            return RT_ERROR_MEMORY;
     }
-    return true;
+    return RT_OK;
 }
 
 /* ---- all leaves ----------------------------------------------------------------------------------------------------------- */
@@ -183,8 +189,9 @@ static rt_status take_leaves(rti_bvh *t, cutter *c, uint32_t begin, uint32_t end
             take_leaf(t, i);
             continue;
         }
-        if (!cut_leaf(c, &l))
-            return RT_ERROR_MEMORY;
+        const rt_status status = cut_leaf(c, &l);
+        if (status != RT_OK)
+            return status;
     }
     return RT_OK;
 }

@@ -228,7 +228,7 @@ static inline uint32_t sweep(const rti_bvh *t, const hull boxes[RTI_KD_SWEPT], c
     const rti_f4 own = rti_f4_set(t->leaf_cost);
     hull lefts = hull_nothing(), rights = lefts;
     rti_f4 best = rti_f4_set(RTK_INF);
-    rti_i4 which = rti_i4_set(0), at = (rti_i4){1, 2, 3, 4};
+    rti_i4 which = rti_i4_set(0), fewest = which, at = (rti_i4){1, 2, 3, 4}; /* fewest: blocks, where as cheap */
     for (uint32_t k = 0; k + 1 < count; k += 4) {
         hull from[4], to[4];
         for (uint32_t i = 0; i < 4; i++) { /* beyond the last but one, of which no more is asked, the last again */
@@ -245,14 +245,18 @@ static inline uint32_t sweep(const rti_bvh *t, const hull boxes[RTI_KD_SWEPT], c
         const rti_i4 rest = (int32_t)count - at;
         const rti_f4 sum = rti_f4_load(left + k - 1) * (own * blocks_of(at, many)) +
                            rti_f4_load(right + SPARE + k) * (own * blocks_of(rest, many));
-        const rti_i4 take = (sum < best) & (rest > 0);
+        const rti_i4 blocks = ((at + 3) >> 2) + ((rest + 3) >> 2);
+        const rti_i4 take = ((sum < best) | ((sum == best) & (blocks < fewest))) & (rest > 0);
         best = rti_f4_pick(take, sum, best);
+        fewest = rti_i4_pick(take, blocks, fewest);
         which = rti_i4_pick(take, at, which);
     }
     uint32_t lane = 0;
-    for (uint32_t i = 1; i < 4; i++)
-        if (best[i] < best[lane] || (best[i] == best[lane] && which[i] < which[lane]))
+    for (uint32_t i = 1; i < 4; i++) {
+        const bool fewer = fewest[i] < fewest[lane] || (fewest[i] == fewest[lane] && which[i] < which[lane]);
+        if (best[i] < best[lane] || (best[i] == best[lane] && fewer))
             lane = i;
+    }
     *cost = best[lane];
     return rtk_umax((uint32_t)which[lane], 1);
 }

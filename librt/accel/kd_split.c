@@ -44,7 +44,7 @@ static void measure_cell(const rti_build *b, const rti_cell *cell, measure m[3])
         m[a].cap = p * q * area;
         m[a].rim = (p + q) * area * unit;
         m[a].traverse = b->cost_traverse;
-        m[a].intersect = b->cost_intersect;
+        m[a].intersect = b->cost_sought;
         m[a].keep = 1.0f - b->empty_bonus;
     }
 }
@@ -374,7 +374,7 @@ static bool split_sampled(const rti_build *b, const measure m[3], const rti_ref 
                           rti_kd_split *best)
 {
     uint32_t stride = count / SAMPLE, some = count / stride, left = 0, right = 0;
-    rti_kd_split s = {b->cost_intersect * (float)some, 0.0f, 3, 0, 0};
+    rti_kd_split s = {b->cost_sought * (float)some, 0.0f, 3, 0, 0};
     split_binned(b, m, refs, some, stride, scratch, &s);
     if (s.axis == 3)
         return false;
@@ -388,7 +388,7 @@ static bool split_sampled(const rti_build *b, const measure m[3], const rti_ref 
 
 rti_kd_split rti_kd_find_split(const rti_build *b, const rti_cell *cell, const rti_ref *refs, uint32_t count, float *scratch)
 {
-    rti_kd_split best = {b->cost_intersect * (float)count, 0.0f, 3, 0, 0}; /* a leaf's cost: what is dearer is no split */
+    rti_kd_split best = {b->cost_sought * (float)count, 0.0f, 3, 0, 0}; /* a leaf's cost: what is dearer is no split */
     measure m[3];
     measure_cell(b, cell, m);
     if (count <= DIRECT_MAX)
