@@ -65,7 +65,7 @@ static float intersect_cost(const rti_build *b)
 }
 
 /* And what it costs where it is told from boxes by nothing but planes: needles that lie across each other have no pieces. Planes
- * that this one asks for are taken, too, where they part better than boxes (kd_build.c). */
+ * that this one asks for are taken, too, where they part about as well as boxes, or better (kd_build.c). */
 #define SOUGHT 0.0625f
 
 /* Depth and leaves by default; depth at most. */
