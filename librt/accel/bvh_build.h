@@ -124,12 +124,18 @@ static inline float rti_bvh_area(const rti_bvh *t, rti_bvh_box b)
     return rti_f4_area(rti_bvh_sides(t, b));
 }
 
+/* As that, of a box of three floats. */
+static inline float rti_bvh_area_of(const rti_bvh *t, const float lo[3], const float hi[3])
+{
+    return rti_bvh_area(t, (rti_bvh_box){{lo[0], lo[1], lo[2], 0.0f}, {hi[0], hi[1], hi[2], 0.0f}});
+}
+
 /* Sets unit, root_area and many_area of what the tree is over; blocks and grow2 are set. */
 static inline void rti_bvh_set_areas(rti_bvh *t)
 {
     const rti_build_input *in = t->b->in;
     t->unit = rti_bvh_unit(in->lo, in->hi);
-    t->root_area = rti_bvh_area(t, (rti_bvh_box){{in->lo[0], in->lo[1], in->lo[2], 0.0f}, {in->hi[0], in->hi[1], in->hi[2], 0.0f}});
+    t->root_area = rti_bvh_area_of(t, in->lo, in->hi);
     t->many_area = t->blocks && in->box_count == 0 ? 0.03f * t->root_area : RTK_INF; /* beside shapes there are no streams */
 }
 
@@ -157,17 +163,6 @@ static inline rti_f4 rti_bvh_mid(rti_bvh_box b)
     return rti_f4_xyz(b.lo + b.hi);
 }
 
-/* Around the mids of references. */
-static inline rti_bvh_box rti_bvh_mids(const rti_ref *refs, uint32_t count)
-{
-    rti_bvh_box mids = rti_bvh_nothing();
-    for (uint32_t i = 0; i < count; i++) {
-        const rti_f4 mid = rti_bvh_mid(rti_bvh_ref_box(&refs[i]));
-        rti_bvh_extend(&mids, (rti_bvh_box){mid, mid});
-    }
-    return mids;
-}
-
 /* Which bin, on each axis: `at` cut to 0 ... last. */
 static inline void rti_bvh_bins_of(rti_f4 at, float last, int32_t out[4])
 {
@@ -188,6 +183,8 @@ struct rti_bvh_kernels {
 const rti_bvh_kernels *rti_bvh_kernels_at(rti_isa isa);
 /* Bins for a range whose mids fill `mid`. */
 void rti_bvh_split_begin(const rti_bvh_range *range, rti_bvh_split *split);
+/* The cheapest split of some references by bins; axis 3: nothing parts them. t: kernels and what areas and leaves cost are set. */
+void rti_bvh_split_refs(const rti_bvh *t, const rti_ref *refs, uint32_t count, rti_bvh_split *split);
 /* How many of what was binned go left. */
 uint32_t rti_bvh_split_left(const rti_bvh_split *split, const rti_bvh_bins *bins);
 /* Spatial splits (bvh_spatial.c), after `find`. begin: false when they are not worth a try. find: takes one that is

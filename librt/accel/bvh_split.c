@@ -21,6 +21,19 @@ void rti_bvh_split_begin(const rti_bvh_range *range, rti_bvh_split *s)
     s->left = s->right = rti_bvh_nothing();
 }
 
+void rti_bvh_split_refs(const rti_bvh *t, const rti_ref *refs, uint32_t count, rti_bvh_split *split)
+{
+    rti_bvh_range range = {.mid = rti_bvh_nothing(), .count = count};
+    rti_bvh_bins bins;
+    for (uint32_t i = 0; i < count; i++) {
+        const rti_f4 mid = rti_bvh_mid(rti_bvh_ref_box(&refs[i]));
+        rti_bvh_extend(&range.mid, (rti_bvh_box){mid, mid});
+    }
+    rti_bvh_split_begin(&range, split);
+    t->kernels->bin(split, refs, count, &bins);
+    t->kernels->find(t, &bins, split);
+}
+
 uint32_t rti_bvh_split_left(const rti_bvh_split *split, const rti_bvh_bins *bins)
 {
     uint32_t n = 0;

@@ -1,4 +1,4 @@
-/* The kd-tree's builders: a node is split where kd_split.c says, until a leaf is cheaper. */
+/* The kd-tree's builders: a node is split where kd_split.c says, until a leaf, which may be parted into pieces, is cheaper. */
 #include <string.h>
 
 #include "bvh_build.h"
@@ -16,17 +16,13 @@ static bool planes_part(const rti_build *b, const rti_item *it, const rti_ref *r
 {
     const rti_bvh t = {
         .b = b, .kernels = rti_bvh_kernels_at(b->isa), .leaf_cost = 1.0f, .unit = rti_bvh_unit(it->cell.lo, it->cell.hi)};
-    const float *lo = it->cell.lo, *hi = it->cell.hi;
-    rti_bvh_range range = {.mid = rti_bvh_mids(refs, it->count), .count = it->count};
     rti_bvh_split split;
-    rti_bvh_bins bins;
-    rti_bvh_split_begin(&range, &split);
-    t.kernels->bin(&split, refs, it->count, &bins);
-    t.kernels->find(&t, &bins, &split);
-    return both * rti_bvh_area(&t, (rti_bvh_box){{lo[0], lo[1], lo[2], 0.0f}, {hi[0], hi[1], hi[2], 0.0f}}) < PARTS * split.cost;
+    rti_bvh_split_refs(&t, refs, it->count, &split);
+    return both * rti_bvh_area_of(&t, it->cell.lo, it->cell.hi) < PARTS * split.cost;
 }
 
-/* Settles how `it` is split; false: it is a leaf. */
+/* Settles how `it` is split; false: it is a leaf. Where planes are sought that cost_intersect alone does not ask for, those are
+ * taken that pieces are no match for. */
 static bool choose(const rti_build *b, const rti_item *it, const rti_ref *refs, float *scratch, rti_kd_split *split)
 {
     if (it->count <= b->leaf_size || it->depth >= b->max_depth)

@@ -38,16 +38,10 @@ typedef struct cutter {
 /* Puts more than are swept in order by the cheapest of a BVH's bins; returns how many of them are the left part. */
 static uint32_t part_many(const rti_bvh *t, const rti_ref *items, uint32_t count, uint32_t depth, rti_ref *sorted)
 {
-    rti_bvh_range range = {.mid = rti_bvh_mids(items, count), .count = count};
     rti_bvh_box mids[2] = {rti_bvh_nothing(), rti_bvh_nothing()};
-    rti_bvh_split split;
-    rti_bvh_bins bins;
-    split.axis = 3;
-    if (depth < CAREFUL) {
-        rti_bvh_split_begin(&range, &split);
-        t->kernels->bin(&split, items, count, &bins);
-        t->kernels->find(t, &bins, &split);
-    }
+    rti_bvh_split split = {.axis = 3};
+    if (depth < CAREFUL)
+        rti_bvh_split_refs(t, items, count, &split);
     if (split.axis == 3) {
         memcpy(sorted, items, count * sizeof *items);
         return count / 2;

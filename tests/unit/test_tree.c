@@ -256,6 +256,20 @@ static void test_hard_soups(void **state)
     rt_context_destroy(ctx);
 }
 
+/* Triangles from anywhere to anywhere in a cube of side 2, of that width at one end. */
+static void add_needles(test_mesh *m, test_rng *r, int count, float width)
+{
+    for (int i = 0; i < count; i++) {
+        float v[3][3];
+        for (int k = 0; k < 3; k++) {
+            v[0][k] = test_range(r, -1, 1);
+            v[1][k] = test_range(r, -1, 1);
+            v[2][k] = v[1][k] + test_range(r, -width, width);
+        }
+        test_mesh_add(m, v[0], v[1], v[2]);
+    }
+}
+
 /* Spatial splits bring the cost down by two fifths where slivers lie across small triangles, if planes are chosen by what they
  * cut out of them, and leave a mesh of small triangles as it is. */
 static void test_spatial(void **state)
@@ -267,15 +281,7 @@ static void test_spatial(void **state)
     (void)state;
     test_mesh_globe(&m[0], 100);
     test_mesh_soup(&m[1], 20000, 0.02f, 42);
-    for (int i = 0; i < 200; i++) {
-        float v[3][3];
-        for (int k = 0; k < 3; k++) {
-            v[0][k] = test_range(&r, -1, 1);
-            v[1][k] = test_range(&r, -1, 1);
-            v[2][k] = v[1][k] + test_range(&r, -0.02f, 0.02f);
-        }
-        test_mesh_add(&m[1], v[0], v[1], v[2]);
-    }
+    add_needles(&m[1], &r, 200, 0.02f);
     for (int i = 0; i < 2; i++) {
         rti_build_input in = test_input(&m[i]);
         for (int k = 0; k < 2; k++)
@@ -488,15 +494,7 @@ static void test_needles(void **state)
     test_mesh m = {0};
     test_rng r = {3};
     (void)state;
-    for (int i = 0; i < 3000; i++) {
-        float v[3][3];
-        for (int k = 0; k < 3; k++) {
-            v[0][k] = test_range(&r, -1, 1);
-            v[1][k] = test_range(&r, -1, 1);
-            v[2][k] = v[1][k] + test_range(&r, -0.001f, 0.001f);
-        }
-        test_mesh_add(&m, v[0], v[1], v[2]);
-    }
+    add_needles(&m, &r, 3000, 0.001f);
     rti_build_input in = test_input(&m);
     for (uint32_t b = RTI_BUILD_KD_EXACT; b <= RTI_BUILD_KD_BINNED; b++)
         assert_true(build(ctx, &in, &(rti_build_settings){.builder = b}).largest_leaf < 500);
