@@ -1,6 +1,6 @@
-/* The context's threads. A parallel loop is a record on its caller's stack, listed in the pool while it has indices left; the
- * caller takes indices like everyone else, so a loop inside a loop cannot deadlock: whoever waits has no index of its own left to
- * run.
+/* The context's threads. A parallel loop is a record on its caller's stack, listed in the pool while it may have indices left;
+ * the caller takes indices like everyone else, so a loop inside a loop cannot deadlock: whoever waits has no index of its own
+ * left to run. The lock is for coming to a loop and leaving it; indices are taken without.
  *
  * Waking a thread takes longer than many a loop of a builder, which has thirty of them in a row: so who has nothing to do looks
  * out for a while before it sleeps. */
@@ -17,14 +17,16 @@ typedef struct loop {
     struct loop *next, *prev;
     void (*task)(void *data, uint32_t index);
     void *data;
-    uint32_t count, taken; /* under the pool's lock */
-    atomic_uint done;      /* is added to under it, too */
+    uint32_t count;
+    atomic_uint taken; /* indices; more than count when all are */
+    atomic_uint users; /* threads of the pool that are in it; set under the lock */
+    bool listed;       /* under the lock */
 } loop;
 
 struct rti_pool {
     pthread_mutex_t lock;
     pthread_cond_t work; /* a loop was listed, or the end is near */
-    pthread_cond_t done; /* some loop's last index has returned */
+    pthread_cond_t done; /* some loop's last user has left it */
     loop *first;
     bool ending;
     atomic_uint listed; /* loops, so far; is added to under the lock */
@@ -56,17 +58,31 @@ static inline void breathe(void)
 #endif
 }
 
-/* Waits a while, without the lock, which is held before and after, for *news to be another number than `seen`. */
-static void look_out(rti_pool *pool, atomic_uint *news, uint32_t seen)
+/* Many threads come at once, and each has the lock for less time than it takes to sleep. */
+static void lock_soon(rti_pool *pool)
+{
+    for (uint32_t i = 0; i < pool->patience / 8; i++) {
+        if (pthread_mutex_trylock(&pool->lock) == 0)
+            return;
+        breathe();
+    }
+    pthread_mutex_lock(&pool->lock);
+}
+
+/* Waits a while, without the lock, which is held before and after, for *number to be `wanted`, or to be another. */
+static void look_out(rti_pool *pool, atomic_uint *number, uint32_t wanted, bool other)
 {
     pthread_mutex_unlock(&pool->lock);
-    for (uint32_t i = 0; i < pool->patience && atomic_load_explicit(news, memory_order_relaxed) == seen; i++)
+    for (uint32_t i = 0; i < pool->patience && (atomic_load_explicit(number, memory_order_relaxed) == wanted) == other; i++)
         breathe();
-    pthread_mutex_lock(&pool->lock);
+    lock_soon(pool);
 }
 
 static void unlist(rti_pool *pool, loop *l)
 {
+    if (!l->listed)
+        return;
+    l->listed = false;
     if (l->prev)
         l->prev->next = l->next;
     else
@@ -75,16 +91,23 @@ static void unlist(rti_pool *pool, loop *l)
         l->next->prev = l->prev;
 }
 
-/* Runs one index of l; the lock is held before and after. */
-static void run_one(rti_pool *pool, loop *l)
+/* Runs indices of l while there are any; the lock is held before and after. */
+static void run_some(rti_pool *pool, loop *l)
 {
-    uint32_t index = l->taken++;
-    if (l->taken == l->count)
-        unlist(pool, l);
+    uint32_t index;
     pthread_mutex_unlock(&pool->lock);
-    l->task(l->data, index);
-    pthread_mutex_lock(&pool->lock);
-    if (atomic_fetch_add(&l->done, 1) + 1 == l->count)
+    while ((index = atomic_fetch_add_explicit(&l->taken, 1, memory_order_relaxed)) < l->count)
+        l->task(l->data, index);
+    lock_soon(pool);
+    unlist(pool, l);
+}
+
+/* Takes part in l as long as it has indices; l may be gone then. */
+static void join_in(rti_pool *pool, loop *l)
+{
+    atomic_fetch_add(&l->users, 1);
+    run_some(pool, l);
+    if (atomic_fetch_sub(&l->users, 1) == 1)
         pthread_cond_broadcast(&pool->done);
 }
 
@@ -96,10 +119,13 @@ static void *pool_thread(void *arg)
     while (pool->first || !pool->ending) {
         uint32_t seen = atomic_load(&pool->listed);
         if (pool->first) {
-            run_one(pool, pool->first);
+            if (atomic_load_explicit(&pool->first->taken, memory_order_relaxed) < pool->first->count)
+                join_in(pool, pool->first);
+            else
+                unlist(pool, pool->first);
             continue;
         }
-        look_out(pool, &pool->listed, seen);
+        look_out(pool, &pool->listed, seen, true);
         if (atomic_load(&pool->listed) == seen && !pool->ending)
             pthread_cond_wait(&pool->work, &pool->lock);
     }
@@ -188,21 +214,19 @@ void rti_parallel(rt_context *ctx, uint32_t count, void (*task)(void *data, uint
             task(data, i);
         return;
     }
-    loop l = {NULL, NULL, task, data, count, 0, 0};
-    pthread_mutex_lock(&pool->lock);
+    loop l = {.task = task, .data = data, .count = count, .listed = true};
+    lock_soon(pool);
     l.next = pool->first; /* the youngest first: inner loops free their waiters */
     if (l.next)
         l.next->prev = &l;
     pool->first = &l;
     atomic_fetch_add(&pool->listed, 1);
     pthread_cond_broadcast(&pool->work);
-    while (l.taken < l.count)
-        run_one(pool, &l);
-    for (uint32_t done; (done = atomic_load(&l.done)) < l.count;) {
-        look_out(pool, &l.done, done);
-        if (atomic_load(&l.done) == done)
-            pthread_cond_wait(&pool->done, &pool->lock);
-    }
+    run_some(pool, &l);
+    if (atomic_load(&l.users) > 0)
+        look_out(pool, &l.users, 0, false);
+    while (atomic_load(&l.users) > 0)
+        pthread_cond_wait(&pool->done, &pool->lock);
     pthread_mutex_unlock(&pool->lock);
 }
 
