@@ -232,7 +232,7 @@ rt_status rti_chunk_make(rt_context *ctx, const rti_build *b, uint32_t kind, con
         refs += parts[i].out.ref_count;
     }
     if (kind != RTK_TREE_KD) /* whose nodes are not yet what they will be */
-        rti_tree_measure(h);
+        rti_tree_measure(ctx, h);
     h->build_seconds = (float)(rti_now() - start);
     *chunk = bytes;
     return RT_OK;

@@ -91,8 +91,8 @@ typedef struct rti_tree_part {
  */
 rt_status rti_chunk_make(rt_context *ctx, const rti_build *b, uint32_t kind, const rti_tree_out *top, const rti_tree_part *parts,
                          uint32_t part_count, double start, void **chunk, size_t *size);
-/* Fills in the statistics of a header whose nodes are in place. */
-void rti_tree_measure(rtk_tree_header *header);
+/* Fills in the statistics of a header whose nodes are in place (tree_measure.c), by tasks of the context. */
+void rti_tree_measure(rt_context *ctx, rtk_tree_header *header);
 
 /* ---- the choice of a kd split (kd_split.c) ---- */
 

@@ -9,8 +9,10 @@
 
 #include "bvh_build.h"
 
-#define PIECE      4096u
-#define NODES_ONCE 256u /* that a part takes at a time: dense, for memory that is touched has its time */
+#define PIECE_LEAST 1024u /* references: of pieces of this size levels take 1.2 times as long by few workers */
+#define PIECE_MOST  4096u
+#define NODES_ONCE  256u  /* that a part takes at a time: dense, for memory that is touched has its time */
+#define TOUCHED     0.375 /* nodes that are written, a primitive: meshes have .45 to .77 */
 
 typedef struct piece {
     uint32_t range, begin, count;
@@ -26,7 +28,7 @@ typedef struct build {
     rti_bvh_split *splits; /* of the open ranges */
     piece *pieces;
     rti_bvh_space_bins *space; /* of the pieces, when splits may be spatial */
-    uint32_t piece_count;
+    uint32_t piece_count, piece_size;
     uint32_t *first_piece; /* of each open range, and one more */
     atomic_uint *undone;   /* pieces of each open range that the loop over them has not done */
     atomic_uint free_node; /* behind those that parts have taken */
@@ -43,6 +45,7 @@ typedef struct root_piece {
 typedef struct root_job {
     const rti_bvh *t;
     root_piece *pieces;
+    uint32_t size;
 } root_job;
 
 static bool finite_box(rti_bvh_box b, rti_f4 zero)
@@ -74,7 +77,7 @@ static void root_task(void *data, uint32_t index)
     root_job *job = data;
     const rti_build *b = job->t->b;
     root_piece *p = &job->pieces[index];
-    uint32_t begin = index * PIECE, end = begin + PIECE < b->prim_count ? begin + PIECE : b->prim_count;
+    const uint32_t begin = index * job->size, end = begin + rtk_umin(job->size, b->prim_count - begin);
     rti_ref *to = job->t->refs[0] + begin;
     p->kept = 0;
     p->box = p->mid = rti_bvh_nothing();
@@ -94,18 +97,18 @@ static void root_task(void *data, uint32_t index)
     }
 }
 
-static rt_status make_refs(rti_bvh *t, rti_bvh_range *root)
+static rt_status make_refs(rti_bvh *t, uint32_t size, rti_bvh_range *root)
 {
-    uint32_t count = (uint32_t)(((uint64_t)t->b->prim_count + PIECE - 1) / PIECE);
-    root_job job = {t, rti_alloc_array(t->ctx, count, sizeof *job.pieces)};
+    const uint32_t count = (t->b->prim_count + size - 1) / size;
+    root_job job = {t, rti_alloc_array(t->ctx, count, sizeof *job.pieces), size};
     if (!job.pieces)
         return RT_ERROR_MEMORY;
     rti_parallel(t->ctx, count, root_task, &job);
     memset(root, 0, sizeof *root);
     root->box = root->mid = rti_bvh_nothing();
     for (uint32_t i = 0; i < count; i++) {
-        if (root->count != i * PIECE)
-            memmove(t->refs[0] + root->count, t->refs[0] + (size_t)i * PIECE, job.pieces[i].kept * sizeof(rti_ref));
+        if (root->count != i * size)
+            memmove(t->refs[0] + root->count, t->refs[0] + (size_t)i * size, job.pieces[i].kept * sizeof(rti_ref));
         root->count += job.pieces[i].kept;
         rti_bvh_extend(&root->box, job.pieces[i].box);
         rti_bvh_extend(&root->mid, job.pieces[i].mid);
@@ -456,11 +459,11 @@ static void cut_pieces(build *job)
         const rti_bvh_range *r = &job->open[i];
         job->first_piece[i] = n;
         rti_bvh_split_begin(r, &job->splits[i]);
-        for (uint32_t at = 0; at < r->count; at += PIECE) {
+        for (uint32_t at = 0; at < r->count; at += job->piece_size) {
             piece *p = &job->pieces[n++];
             p->range = i;
             p->begin = r->begin + at;
-            p->count = r->count - at < PIECE ? r->count - at : PIECE;
+            p->count = rtk_umin(r->count - at, job->piece_size);
         }
         atomic_init(&job->undone[i], n - job->first_piece[i]);
     }
@@ -481,7 +484,7 @@ static rt_status build_level(build *job)
     job->next_count = 0;
     job->piece_count = 0;
     for (size_t i = 0; i < job->open_count; i++)
-        job->piece_count += (job->open[i].count + PIECE - 1) / PIECE;
+        job->piece_count += (job->open[i].count + job->piece_size - 1) / job->piece_size;
     job->splits = rti_alloc_array(ctx, job->open_count, sizeof *job->splits);
     job->pieces = rti_alloc_array(ctx, job->piece_count, sizeof *job->pieces);
     job->first_piece = rti_alloc_array(ctx, job->open_count + 1, sizeof *job->first_piece);
@@ -508,19 +511,21 @@ static rt_status build_level(build *job)
 /* ---- the whole
  * ---------------------------------------------------------------------------------------------------------------------- */
 
-/* The parts' nodes stand behind those of the top; most of this room is never touched. */
-static bool grow_nodes(build *job)
+/* Room for the top's nodes and, behind them, for those of so many parts; most of it is never touched. */
+static bool reserve_nodes(build *job, size_t parts)
 {
     rti_bvh *t = &job->t;
-    size_t count = t->top_count + 2 * t->room + job->part_count * NODES_ONCE;
-    rti_bvh_node *nodes = rti_alloc_array(t->ctx, count, sizeof *nodes);
+    const size_t count = 2 * t->room + parts * NODES_ONCE;
+    rti_bvh_node *nodes;
+    if (count <= t->node_capacity)
+        return true;
+    nodes = rti_alloc_array(t->ctx, count, sizeof *nodes);
     if (!nodes)
         return false;
     memcpy(nodes, t->nodes, t->top_count * sizeof *nodes);
     rti_free(t->ctx, t->nodes, t->node_capacity * sizeof *nodes);
     t->nodes = nodes;
     t->node_capacity = count;
-    atomic_init(&job->free_node, t->top_count);
     return true;
 }
 
@@ -528,15 +533,16 @@ static rt_status build_binary(build *job, const rti_bvh_range *root)
 {
     rti_bvh *t = &job->t;
     rt_status status = RT_OK;
-    if (!rti_reserve(t->ctx, (void **)&t->nodes, &t->node_capacity, 0, 1, sizeof *t->nodes) || !add_range(job, root))
+    if (!add_range(job, root))
         return RT_ERROR_MEMORY;
     t->top_count = 1;
     while (status == RT_OK && job->next_count > 0)
         status = build_level(job);
     if (status != RT_OK)
         return status;
-    if (!grow_nodes(job))
+    if (!reserve_nodes(job, job->part_count))
         return RT_ERROR_MEMORY;
+    atomic_init(&job->free_node, t->top_count);
     rti_parallel(t->ctx, (uint32_t)job->part_count, part_task, job);
     return rti_cancelled(t->b->cancel) ? RT_ERROR_CANCELLED : RT_OK;
 }
@@ -567,6 +573,13 @@ static void settle(rti_bvh *t)
     t->room = t->room < b->prim_count ? b->prim_count : t->room;
 }
 
+/* Some pieces for each worker. The tree is the same whatever they are. */
+static uint32_t piece_size(const rt_context *ctx, uint32_t count)
+{
+    const uint32_t share = count / rt_context_workers(ctx) / 4;
+    return share < PIECE_LEAST ? PIECE_LEAST : rtk_umin(share, PIECE_MOST);
+}
+
 rt_status rti_bvh_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size)
 {
     build job = {.t = {.ctx = ctx, .b = b, .kernels = rti_bvh_kernels_at(rti_context_isa(ctx))}};
@@ -574,16 +587,18 @@ rt_status rti_bvh_build(rt_context *ctx, const rti_build *b, double start, void 
     rti_bvh_range root;
     rt_status status = RT_ERROR_MEMORY;
     settle(t);
+    job.part_limit = b->prim_count / 128 > 1024 ? b->prim_count / 128 : 1024;
+    job.piece_size = piece_size(ctx, b->prim_count);
     t->refs[0] = rti_alloc_array(ctx, 2 * t->room, sizeof(rti_ref));
     t->order = rti_alloc_array(ctx, t->room, sizeof *t->order);
-    if (t->refs[0] && t->order) {
+    if (t->refs[0] && t->order && reserve_nodes(&job, 1 + 2 * (t->room / job.part_limit))) {
         t->refs[1] = t->refs[0] + t->room;
-        status = make_refs(t, &root);
+        rti_touch_large(ctx, t->refs[0], 2 * t->room * sizeof(rti_ref), t->nodes,
+                        (size_t)(TOUCHED * b->prim_count) * sizeof *t->nodes);
+        status = make_refs(t, job.piece_size, &root);
     }
-    if (status == RT_OK && root.count > 0) {
-        job.part_limit = root.count / 128 > 1024 ? root.count / 128 : 1024;
+    if (status == RT_OK && root.count > 0)
         status = build_binary(&job, &root);
-    }
     if (status == RT_OK)
         status = rti_bvh_write(t, root.count > 0 ? 0 : RTK_INVALID, start, chunk, size);
     rti_free(ctx, t->refs[0], 2 * t->room * sizeof(rti_ref));

@@ -286,7 +286,7 @@ rt_status rti_bvh_refit(rt_context *ctx, const void *old, size_t size, const rti
         if (rti_cancelled(cancel))
             status = rti_fail(ctx, RT_ERROR_CANCELLED, "the tree's refit was cancelled");
         else if ((good = good_enough(from, h, limit, costs, depths)))
-            rti_tree_measure(h);
+            rti_tree_measure(ctx, h);
     } else {
         status = rti_fail_memory(ctx, "refitting a tree", size);
     }

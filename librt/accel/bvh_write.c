@@ -493,7 +493,7 @@ rt_status rti_bvh_write(rti_bvh *t, uint32_t root, double start, void **chunk, s
         *size = 0;
         return status;
     }
-    rti_tree_measure((rtk_tree_header *)(void *)bytes);
+    rti_tree_measure(t->ctx, (rtk_tree_header *)(void *)bytes);
     ((rtk_tree_header *)(void *)bytes)->build_seconds = (float)(rti_now() - start);
     *chunk = bytes;
     return RT_OK;

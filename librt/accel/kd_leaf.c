@@ -132,7 +132,7 @@ static rt_status cut_leaf(cutter *c, const large *l)
 
 /* ---- all leaves ----------------------------------------------------------------------------------------------------------- */
 
-#define CHUNK 256u /* nodes a task */
+#define CHUNK 32u /* nodes a task: of five thousand, some for each of many workers */
 
 /* Of a task: what became of it, the nodes of its pieces, and where they will be. */
 typedef struct made {

@@ -1,4 +1,4 @@
-/* Finished trees: views, statistics, and the check of trees that come from outside. */
+/* Finished trees: views, how nodes of each kind open, and the check of trees that come from outside. */
 #include <stdatomic.h>
 #include <string.h>
 
@@ -24,29 +24,6 @@ rtk_tree rti_tree_view(const void *chunk)
     v.ball_count = v.bvh ? h->ball_count : 0;
     v.balls = v.ball_count ? (const float *)(const void *)(bytes + h->off_balls) : NULL;
     return v;
-}
-
-/* Half the surface, relative to the longest side of the root. */
-static double cell_area(const rti_tree_spot *c, double unit)
-{
-    double d[3];
-    for (int a = 0; a < 3; a++)
-        d[a] = ((double)c->hi[a] - c->lo[a]) / unit;
-    return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
-}
-
-typedef struct measured {
-    double cost;
-    uint32_t depth, leaves, empty, largest;
-} measured;
-
-static void measure_leaf(measured *m, uint32_t count, uint32_t depth, double intersect)
-{
-    m->leaves++;
-    m->empty += count == 0;
-    m->largest = count > m->largest ? count : m->largest;
-    m->depth = depth > m->depth ? depth : m->depth;
-    m->cost += intersect * count;
 }
 
 /* ---- how nodes of each kind open ---- */
@@ -126,48 +103,6 @@ const rti_tree_kind *rti_tree_kind_of(uint32_t kind)
 rti_tree_spot rti_tree_root(const rtk_tree *tree)
 {
     return (rti_tree_spot){{tree->lo.x, tree->lo.y, tree->lo.z}, {tree->hi.x, tree->hi.y, tree->hi.z}, 0, 0, 0};
-}
-
-static measured measure_tree(const rtk_tree_header *h)
-{
-    rtk_tree t = rti_tree_view(h);
-    const rti_tree_kind *kind = rti_tree_kind_of(h->kind);
-    measured m = {0};
-    rti_tree_spot stack[RTI_TREE_WALK];
-    uint32_t count = 1;
-    double unit = 0.0, root;
-    stack[0] = rti_tree_root(&t);
-    for (int a = 0; a < 3; a++)
-        unit = h->hi[a] - h->lo[a] > unit ? h->hi[a] - h->lo[a] : unit;
-    unit = unit > 0.0 ? unit : 1.0;
-    root = cell_area(&stack[0], unit);
-    root = root > 0.0 ? root : 1.0;
-    while (count > 0) {
-        rti_tree_spot spot = stack[--count];
-        double p = cell_area(&spot, unit) / root;
-        uint32_t prims = 0, opened = kind->open(&t, &spot, stack + count, &prims);
-        count += opened;
-        if (opened)
-            m.cost += p * h->cost_traverse;
-        else
-            measure_leaf(&m, prims, spot.depth, p * h->cost_intersect);
-    }
-    return m;
-}
-
-void rti_tree_measure(rtk_tree_header *h)
-{
-    measured m = measure_tree(h);
-    h->depth = m.depth;
-    h->leaf_count = m.leaves;
-    h->empty_leaf_count = m.empty;
-    h->largest_leaf = m.largest;
-    h->sah_cost = (float)m.cost;
-}
-
-float rti_tree_sah(const rtk_tree_header *tree)
-{
-    return (float)measure_tree(tree).cost;
 }
 
 /* ---- trees from outside ------------------------------------------------------------------------------------------------- */

@@ -62,6 +62,28 @@ void *rti_alloc_large(size_t size)
     return p;
 }
 
+#define FEW 4u /* workers; two meet at a page now and then */
+
+typedef struct touching {
+    char *blocks[2];
+    size_t pages; /* of the first */
+} touching;
+
+static void touch_page(void *data, uint32_t index)
+{
+    const touching *t = data;
+    const bool second = index >= t->pages;
+    *(volatile char *)&t->blocks[second][(second ? index - t->pages : index) * HUGE_PAGE] = 0;
+}
+
+void rti_touch_large(rt_context *ctx, void *a, size_t a_size, void *b, size_t b_size)
+{
+    const touching t = {{a, b}, (a_size + HUGE_PAGE - 1) / HUGE_PAGE};
+    const size_t pages = t.pages + (b_size + HUGE_PAGE - 1) / HUGE_PAGE;
+    if (rt_context_workers(ctx) >= FEW && pages > 2 && pages < UINT32_MAX)
+        rti_parallel(ctx, (uint32_t)pages, touch_page, (void *)&t);
+}
+
 /* First line of a small file of the system, NUL-ended; false when it cannot be read. */
 static bool read_line(const char *path, char *buffer, size_t size)
 {
