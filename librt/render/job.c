@@ -200,7 +200,7 @@ static bool has_touched(const rt_job *job, uint32_t material)
     bool all = job->keeper && (job->keeper->stats.tiles_resumed || job->keeper->stats.tiles_begun);
     bool found = all || job->state == RT_JOB_RUNNING || m->alpha_tex != RTK_INVALID;
     for (uint32_t i = 0; i < job->worker_count && !found; i++)
-        found = job->workers[i].wave.touched[material / 32] >> material % 32 & 1u;
+        found = job->workers[i].begun && job->workers[i].wave.touched[material / 32] >> material % 32 & 1u;
     return found;
 }
 

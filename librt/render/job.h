@@ -28,7 +28,7 @@ typedef struct rti_job_worker {
     uint32_t role;                             /* index of this worker */
     uint32_t static_next;                      /* RT_SCHEDULE_STATIC: its next tile */
     uint32_t untold[RTI_UNTOLD], untold_count; /* finished tiles that the job has not heard of */
-    bool begun, done;
+    bool made, begun, done;                    /* made: wave is, by rti_job_make_worker */
     uint32_t epoch;                   /* of checkpoints: the last it gave its part to */
     double stop_since;                /* when it saw that the job is to stop; 0: not yet */
     double busy_seconds, cpu_seconds; /* of the slices before this one */
@@ -113,9 +113,10 @@ rt_status rti_job_run(rt_job *job);
  * false: it did not. */
 bool rti_job_run_here(rt_job *job);
 
-/* job_work.c. The tree that the tracer needs, once; then worker `role` until its end, a cancel, or `until` (by rti_now; < 0:
+/* job_work.c. make_worker: so that it can begin; of one worker it is done with the job, of many each does it itself, whose memory may
+ * be another processor's. work: the tree that the tracer needs, once; then worker `role` until its end, a cancel, or `until` (by rti_now; < 0:
  * never). */
-void rti_job_init_worker(rt_job *job, uint32_t role);
+void rti_job_make_worker(rti_job_worker *w);
 void rti_job_work(rt_job *job, uint32_t role, double until);
 void rti_job_renew_share(rti_job_worker *w); /* the lock is held */
 

@@ -88,6 +88,8 @@ static rt_status make_workers(rt_job *job)
     job->worker_count = n;
     for (uint32_t i = 0; i < n; i++) {
         bool used;
+        job->workers[i].job = job;
+        job->workers[i].role = job->workers[i].static_next = i;
         job->workers[i].scratch = rti_kept_take(job->ctx, RTI_KEPT_WORK, job->scratch_size, &used);
         if (!job->workers[i].scratch)
             return rti_fail_memory(job->ctx, "the workers' rays", n * job->scratch_size);
@@ -184,10 +186,10 @@ rt_status rti_job_create(rt_context *ctx, rti_snapshot *snapshot, const char *wh
         status = make_image(made);
     if (status == RT_OK)
         status = make_workers(made);
+    if (status == RT_OK && made->worker_count == 1)
+        rti_job_make_worker(&made->workers[0]);
     if (status == RT_OK && made->keeper)
         status = rti_keeper_load(made, &file);
-    for (uint32_t i = 0; status == RT_OK && i < made->worker_count; i++)
-        rti_job_init_worker(made, i);
     rti_check_close(&file);
     rti_fp_leave(env);
     if (status != RT_OK) {

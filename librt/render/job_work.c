@@ -61,17 +61,14 @@ static void tile_done(void *owner, uint32_t index)
         tell_tiles(w);
 }
 
-void rti_job_init_worker(rt_job *job, uint32_t role)
+void rti_job_make_worker(rti_job_worker *w)
 {
-    rti_job_worker *w = &job->workers[role];
-    rti_worker_init(&w->wave, &job->frame, w->scratch);
-    w->job = job;
-    w->role = role;
-    w->static_next = role;
+    rti_worker_init(&w->wave, &w->job->frame, w->scratch);
     w->wave.next_tile = next_tile;
     w->wave.tile_done = tile_done;
     w->wave.owner = w;
-    w->wave.restore = job->keeper ? rti_keeper_restore : NULL;
+    w->wave.restore = w->job->keeper ? rti_keeper_restore : NULL;
+    w->made = true;
 }
 
 /* ---- the tree ---- */
@@ -149,7 +146,8 @@ static void end_worker(rti_job_worker *w)
 static bool begin_worker(rti_job_worker *w)
 {
     rti_keeper *k = w->job->keeper;
-    rti_worker_begin(&w->wave);
+    if (!w->made)
+        rti_job_make_worker(w);
     pthread_mutex_lock(&w->job->lock);
     w->begun = true;
     if (k) {

@@ -82,10 +82,6 @@ void rti_worker_init(rti_worker *worker, const rti_frame *frame, void *memory)
     worker->lit_most = frame->scene->light_count > 1 ? frame->batch + RTK_BLOCK : LIT_FEW;
     memset(worker->touched, 0, (frame->scene->material_count / 32 + 1) * sizeof *worker->touched);
     memset(worker->slots, 0, frame->slot_count * sizeof *worker->slots);
-}
-
-void rti_worker_begin(rti_worker *worker)
-{
     memset(worker->lit, 0, (size_t)RTI_LIT_ROWS * worker->lit_stride * sizeof *worker->lit); /* lanes behind the last are read */
 }
 

@@ -140,9 +140,8 @@ typedef struct rti_worker {
 
 /* One block of memory holds all of a worker's queues. */
 size_t rti_worker_size(const rti_frame *frame);
+/* Before its first step, in the thread that takes it: much is cleared there, side by side with other workers. */
 void rti_worker_init(rti_worker *worker, const rti_frame *frame, void *memory);
-/* Before its first step, in the thread that takes it: what is large is cleared there, side by side with other workers. */
-void rti_worker_begin(rti_worker *worker);
 /* One batch. false: nothing is left to do, or the job was cancelled. */
 bool rti_worker_step(rti_worker *worker);
 /* Are a block's rays within about 25 degrees of the first? */

@@ -1,8 +1,10 @@
 /* How frames scale with workers: renders of one scene by 1, 2, 4 ... workers, runs interleaved, beside the machine's ceiling, the
- * summed rate of as many processes of one worker each. CSV on standard output: scene, width, height, samples, workers, runs;
- * seconds, low, high: a frame's wall time, median, least and most; speedup: of one worker's median; ceiling: the same of the
- * processes; share: speedup / ceiling. SNAPSHOT is a scene that was saved (rt_scene_save, scene:save in Lua). Exit status: 0
- * done; 1 the scene is at fault; 2 the command line; 3 the machine. */
+ * summed rate of as many processes of one worker each. A run is one frame that is not timed, for processors and their caches were
+ * another's before, and then frames for a tenth of a second, two at least; so are the processes', for longer. CSV on standard
+ * output: scene, width, height, samples, workers, runs; seconds, low, high: a frame's wall time, median, least and most of the
+ * runs; speedup: of one worker's median; ceiling: the same of the processes; share: speedup / ceiling. SNAPSHOT is a scene that
+ * was saved (rt_scene_save, scene:save in Lua). Exit status: 0 done; 1 the scene is at fault; 2 the command line; 3 the machine.
+ */
 #include <librt/rt.h>
 #include <sched.h>
 #include <stdatomic.h>
@@ -21,6 +23,7 @@
 #define RUNS_MOST    999u
 #define CEILING_RUNS 3u
 #define LEAST        0.25 /* seconds that a process of the ceiling renders at least */
+#define RUN_LEAST    0.1  /* and a run */
 
 typedef struct bench {
     rt_context *context;
@@ -64,15 +67,27 @@ static void check(const bench *b, rt_status status)
     exit(status == RT_ERROR_MEMORY || status == RT_ERROR_THREAD || status == RT_ERROR_MEMORY_LIMIT ? 3 : 1);
 }
 
-static double frame(bench *b, uint32_t workers)
+static void frame(bench *b, uint32_t workers)
 {
     rt_image *image = NULL;
-    double start = now();
     b->desc.workers = workers;
     check(b, rt_render(b->scene, &b->desc, &image));
-    start = now() - start;
     rt_image_destroy(image);
-    return start;
+}
+
+/* Seconds a frame of a run. */
+static double frames(bench *b, uint32_t workers)
+{
+    double start, end;
+    uint32_t count = 0;
+    frame(b, workers);
+    start = now();
+    do {
+        frame(b, workers);
+        count++;
+        end = now();
+    } while (count < 2 || end - start < RUN_LEAST);
+    return (end - start) / count;
 }
 
 static int compare(const void *a, const void *b)
@@ -145,11 +160,8 @@ static void measure(bench *b, const char *name, const uint32_t *workers, uint32_
     static double seconds[COUNTS_MOST][RUNS_MOST];
     double one = 0;
     for (uint32_t run = 0; run < runs; run++) {
-        for (uint32_t k = 0; k < counts; k++) {
-            if (run == 0)
-                frame(b, workers[k]);
-            seconds[k][run] = frame(b, workers[k]);
-        }
+        for (uint32_t k = 0; k < counts; k++)
+            seconds[k][run] = frames(b, workers[k]);
     }
     puts("scene,width,height,samples,workers,runs,seconds,low,high,speedup,ceiling,share");
     for (uint32_t k = 0; k < counts; k++) {
