@@ -1,6 +1,6 @@
-/* The context's threads. A parallel loop is a record on its caller's stack, listed in the pool while it may have indices left;
- * the caller takes indices like everyone else, so a loop inside a loop cannot deadlock: whoever waits has no index of its own
- * left to run. The lock is for coming to a loop and leaving it; indices are taken without.
+/* The context's threads. A parallel loop is one of the pool's records while it runs; the caller takes indices like everyone else,
+ * so a loop inside a loop cannot deadlock: whoever waits has no index of its own left to run. Threads come, take indices and
+ * leave by atomic operations alone; the lock is for sleep.
  *
  * Waking a thread takes longer than many a loop of a builder, which has thirty of them in a row: so who has nothing to do looks
  * out for a while before it sleeps. */
@@ -13,23 +13,29 @@
 
 #include "context.h"
 
+/* A record is never freed before its pool, and may be joined by a thread that comes too late: that finds it not OPEN and leaves.
+ */
+#define OPEN 0x80000000u
 typedef struct loop {
-    struct loop *next, *prev;
+    _Alignas(RTI_CACHE_LINE) atomic_uint users; /* threads of the pool that are in it, and OPEN while it may be joined */
     void (*task)(void *data, uint32_t index);
     void *data;
     uint32_t count;
-    atomic_uint taken; /* indices; more than count when all are */
-    atomic_uint users; /* threads of the pool that are in it; set under the lock */
-    bool listed;       /* under the lock */
+    _Alignas(RTI_CACHE_LINE) atomic_uint taken; /* indices; more than count when all are */
 } loop;
 
+#define LOOPS 64u /* at a time; more run on their callers alone */
+
 struct rti_pool {
+    loop loops[LOOPS];
+    _Alignas(RTI_CACHE_LINE) atomic_uint listed; /* loops, so far */
+    atomic_uint_fast64_t open;                   /* which may have indices left */
+    atomic_uint_fast64_t owned;                  /* which have a caller */
+    atomic_uint sleepers, waiters;               /* threads without work, and callers, that are at the lock */
     pthread_mutex_t lock;
     pthread_cond_t work; /* a loop was listed, or the end is near */
     pthread_cond_t done; /* some loop's last user has left it */
-    loop *first;
-    bool ending;
-    atomic_uint listed; /* loops, so far; is added to under the lock */
+    atomic_bool ending;
     uint32_t thread_count, capacity;
     uint32_t patience; /* how often a thread looks before it sleeps */
     pthread_t threads[];
@@ -58,79 +64,62 @@ static inline void breathe(void)
 #endif
 }
 
-/* Many threads come at once, and each has the lock for less time than it takes to sleep. */
-static void lock_soon(rti_pool *pool)
-{
-    for (uint32_t i = 0; i < pool->patience / 8; i++) {
-        if (pthread_mutex_trylock(&pool->lock) == 0)
-            return;
-        breathe();
-    }
-    pthread_mutex_lock(&pool->lock);
-}
-
-/* Waits a while, without the lock, which is held before and after, for *number to be `wanted`, or to be another. */
-static void look_out(rti_pool *pool, atomic_uint *number, uint32_t wanted, bool other)
-{
-    pthread_mutex_unlock(&pool->lock);
-    for (uint32_t i = 0; i < pool->patience && (atomic_load_explicit(number, memory_order_relaxed) == wanted) == other; i++)
-        breathe();
-    lock_soon(pool);
-}
-
-static void unlist(rti_pool *pool, loop *l)
-{
-    if (!l->listed)
-        return;
-    l->listed = false;
-    if (l->prev)
-        l->prev->next = l->next;
-    else
-        pool->first = l->next;
-    if (l->next)
-        l->next->prev = l->prev;
-}
-
-/* Runs indices of l while there are any; the lock is held before and after. */
+/* Runs indices of l while there are any. */
 static void run_some(rti_pool *pool, loop *l)
 {
+    const uint_fast64_t own = (uint_fast64_t)1 << (l - pool->loops);
     uint32_t index;
-    pthread_mutex_unlock(&pool->lock);
     while ((index = atomic_fetch_add_explicit(&l->taken, 1, memory_order_relaxed)) < l->count)
         l->task(l->data, index);
-    lock_soon(pool);
-    unlist(pool, l);
+    if (atomic_load_explicit(&pool->open, memory_order_relaxed) & own)
+        atomic_fetch_and(&pool->open, ~own);
 }
 
-/* Takes part in l as long as it has indices; l may be gone then. */
-static void join_in(rti_pool *pool, loop *l)
+/* The last to leave wakes the caller: who counts himself as a waiter has looked for users after that, or is woken here. */
+static void leave(rti_pool *pool, loop *l)
 {
-    atomic_fetch_add(&l->users, 1);
-    run_some(pool, l);
-    if (atomic_fetch_sub(&l->users, 1) == 1)
-        pthread_cond_broadcast(&pool->done);
+    if (atomic_fetch_sub(&l->users, 1) != 1 || atomic_load(&pool->waiters) == 0)
+        return;
+    pthread_mutex_lock(&pool->lock);
+    pthread_cond_broadcast(&pool->done);
+    pthread_mutex_unlock(&pool->lock);
+}
+
+/* Takes part in a loop, of several in what is the youngest, as a rule: inner loops free their waiters. false: there is none. */
+static bool join_in(rti_pool *pool)
+{
+    uint64_t open = atomic_load(&pool->open);
+    loop *l;
+    if (open == 0)
+        return false;
+    l = &pool->loops[63 - __builtin_clzll(open)];
+    if (atomic_fetch_add(&l->users, 1) & OPEN)
+        run_some(pool, l);
+    leave(pool, l);
+    return true;
 }
 
 static void *pool_thread(void *arg)
 {
     rti_pool *pool = arg;
     rti_fp_enter();
-    pthread_mutex_lock(&pool->lock);
-    while (pool->first || !pool->ending) {
-        uint32_t seen = atomic_load(&pool->listed);
-        if (pool->first) {
-            if (atomic_load_explicit(&pool->first->taken, memory_order_relaxed) < pool->first->count)
-                join_in(pool, pool->first);
-            else
-                unlist(pool, pool->first);
+    for (;;) {
+        const uint32_t seen = atomic_load(&pool->listed);
+        if (join_in(pool))
             continue;
-        }
-        look_out(pool, &pool->listed, seen, true);
-        if (atomic_load(&pool->listed) == seen && !pool->ending)
+        if (atomic_load(&pool->ending))
+            return NULL;
+        for (uint32_t i = 0; i < pool->patience && atomic_load_explicit(&pool->listed, memory_order_relaxed) == seen; i++)
+            breathe();
+        if (atomic_load_explicit(&pool->listed, memory_order_relaxed) != seen)
+            continue;
+        pthread_mutex_lock(&pool->lock);
+        atomic_fetch_add(&pool->sleepers, 1); /* who lists a loop looks for sleepers after that */
+        while (atomic_load(&pool->listed) == seen && !atomic_load(&pool->ending))
             pthread_cond_wait(&pool->work, &pool->lock);
+        atomic_fetch_sub(&pool->sleepers, 1);
+        pthread_mutex_unlock(&pool->lock);
     }
-    pthread_mutex_unlock(&pool->lock);
-    return NULL;
 }
 
 static rti_pool *pool_create(rt_context *ctx)
@@ -161,7 +150,7 @@ void rti_pool_destroy(rt_context *ctx, rti_pool *pool)
     if (!pool)
         return;
     pthread_mutex_lock(&pool->lock);
-    pool->ending = true;
+    atomic_store(&pool->ending, true);
     pthread_cond_broadcast(&pool->work);
     pthread_mutex_unlock(&pool->lock);
     for (uint32_t i = 0; i < pool->thread_count; i++)
@@ -197,9 +186,60 @@ static void host_task(void *data, uint32_t index)
     rti_fp_leave(env);
 }
 
+/* A free record, above those in use where there is one; NULL: there is none. */
+static loop *take_loop(rti_pool *pool)
+{
+    uint_fast64_t owned = atomic_load(&pool->owned), bit;
+    do {
+        const uint64_t above = owned ? ~(uint64_t)0 << (63 - __builtin_clzll(owned)) & ~owned : 1;
+        const uint64_t free = above ? above : ~(uint64_t)owned;
+        if (free == 0)
+            return NULL;
+        bit = free & (~free + 1);
+    } while (!atomic_compare_exchange_weak(&pool->owned, &owned, owned | bit));
+    return &pool->loops[__builtin_ctzll(bit)];
+}
+
+/* Until all have left who are in a loop that nobody may join any more. */
+static void wait_for(rti_pool *pool, loop *l)
+{
+    for (uint32_t i = 0; i < pool->patience && atomic_load(&l->users) != 0; i++)
+        breathe();
+    if (atomic_load(&l->users) == 0)
+        return;
+    pthread_mutex_lock(&pool->lock);
+    atomic_fetch_add(&pool->waiters, 1);
+    while (atomic_load(&l->users) != 0)
+        pthread_cond_wait(&pool->done, &pool->lock);
+    atomic_fetch_sub(&pool->waiters, 1);
+    pthread_mutex_unlock(&pool->lock);
+}
+
+static void run_loop(rti_pool *pool, loop *l, uint32_t count, void (*task)(void *data, uint32_t index), void *data)
+{
+    const uint_fast64_t own = (uint_fast64_t)1 << (l - pool->loops);
+    l->task = task;
+    l->data = data;
+    l->count = count;
+    atomic_store_explicit(&l->taken, 0, memory_order_relaxed);
+    atomic_fetch_add(&l->users, OPEN);
+    atomic_fetch_or(&pool->open, own);
+    atomic_fetch_add(&pool->listed, 1);
+    if (atomic_load(&pool->sleepers) > 0) {
+        pthread_mutex_lock(&pool->lock);
+        pthread_cond_broadcast(&pool->work);
+        pthread_mutex_unlock(&pool->lock);
+    }
+    run_some(pool, l);
+    atomic_fetch_sub(&l->users, OPEN);
+    wait_for(pool, l);
+    atomic_fetch_and(&pool->owned, ~own);
+}
+
 void rti_parallel(rt_context *ctx, uint32_t count, void (*task)(void *data, uint32_t index), void *data)
 {
     rti_pool *pool = NULL;
+    loop *l = NULL;
     if (count == 0)
         return;
     if (ctx->parallel && count > 1) {
@@ -209,25 +249,14 @@ void rti_parallel(rt_context *ctx, uint32_t count, void (*task)(void *data, uint
     }
     if (!ctx->parallel && ctx->workers > 1 && count > 1)
         pool = get_pool(ctx);
-    if (!pool || pool->thread_count == 0) {
-        for (uint32_t i = 0; i < count; i++)
-            task(data, i);
+    if (pool && pool->thread_count > 0)
+        l = take_loop(pool);
+    if (l) {
+        run_loop(pool, l, count, task, data);
         return;
     }
-    loop l = {.task = task, .data = data, .count = count, .listed = true};
-    lock_soon(pool);
-    l.next = pool->first; /* the youngest first: inner loops free their waiters */
-    if (l.next)
-        l.next->prev = &l;
-    pool->first = &l;
-    atomic_fetch_add(&pool->listed, 1);
-    pthread_cond_broadcast(&pool->work);
-    run_some(pool, &l);
-    if (atomic_load(&l.users) > 0)
-        look_out(pool, &l.users, 0, false);
-    while (atomic_load(&l.users) > 0)
-        pthread_cond_wait(&pool->done, &pool->lock);
-    pthread_mutex_unlock(&pool->lock);
+    for (uint32_t i = 0; i < count; i++)
+        task(data, i);
 }
 
 rt_status rti_pool_start(rt_context *ctx)

@@ -178,6 +178,40 @@ static void test_parallel(void **state)
     }
 }
 
+#define CALLERS 80 /* more than the pool has records of loops */
+
+/* Every index of every loop once, to the right data, while other callers' loops come and go. */
+static void *call_on_thread(void *arg)
+{
+    uintptr_t wrong = 0;
+    for (uint32_t round = 0; round < 60; round++) {
+        sums s = {arg, 0, 1 + round % 9};
+        const uint32_t n = 1 + round % 5;
+        rti_parallel(s.ctx, n, add_outer, &s);
+        wrong += atomic_load(&s.total) != n * (s.inner * (s.inner + 1) / 2);
+    }
+    return (void *)wrong;
+}
+
+static void test_many_callers(void **state)
+{
+    (void)state;
+    for (uint32_t workers = 2; workers <= 8; workers += 3) {
+        rt_context *ctx = make(workers, 0);
+        pthread_t threads[CALLERS];
+        uint32_t started = 0;
+        while (started < CALLERS && pthread_create(&threads[started], NULL, call_on_thread, ctx) == 0)
+            started++;
+        assert_true(started > 1);
+        while (started > 0) {
+            void *wrong;
+            pthread_join(threads[--started], &wrong);
+            assert_null(wrong);
+        }
+        rt_context_destroy(ctx);
+    }
+}
+
 static void *fail_on_thread(void *arg)
 {
     rt_context *ctx = arg;
@@ -443,10 +477,11 @@ static void test_open_hook(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_memory),    cmocka_unit_test(test_context_desc), cmocka_unit_test(test_parallel),
-        cmocka_unit_test(test_messages),  cmocka_unit_test(test_numbers),      cmocka_unit_test(test_locale),
-        cmocka_unit_test(test_text),      cmocka_unit_test(test_hash),         cmocka_unit_test(test_files),
-        cmocka_unit_test(test_open_hook), cmocka_unit_test(test_shrink),       cmocka_unit_test(test_settle),
+        cmocka_unit_test(test_memory),       cmocka_unit_test(test_context_desc), cmocka_unit_test(test_parallel),
+        cmocka_unit_test(test_many_callers), cmocka_unit_test(test_messages),     cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_locale),       cmocka_unit_test(test_text),         cmocka_unit_test(test_hash),
+        cmocka_unit_test(test_files),        cmocka_unit_test(test_open_hook),    cmocka_unit_test(test_shrink),
+        cmocka_unit_test(test_settle),
     };
 #ifdef __SANITIZE_THREAD__
     cmocka_set_skip_filter("test_numbers"); /* long, and of one thread */
