@@ -22,12 +22,13 @@ static bool planes_part(const rti_build *b, const rti_item *it, const rti_ref *r
 }
 
 /* Settles how `it` is split; false: it is a leaf. Where planes are sought that cost_intersect alone does not ask for, those are
- * taken that pieces are no match for. */
-static bool choose(const rti_build *b, const rti_item *it, const rti_ref *refs, float *scratch, rti_kd_split *split)
+ * taken that pieces are no match for. ctx, scratch: as rti_kd_find_split has them. */
+static bool choose(rt_context *ctx, const rti_build *b, const rti_item *it, const rti_ref *refs, float *scratch,
+                   rti_kd_split *split)
 {
     if (it->count <= b->leaf_size || it->depth >= b->max_depth)
         return false;
-    *split = rti_kd_find_split(b, &it->cell, refs, it->count, scratch);
+    *split = rti_kd_find_split(ctx, b, &it->cell, refs, it->count, scratch);
     if (split->axis == 3 || (uint64_t)split->left_count + split->right_count > it->budget)
         return false;
     if (b->cost_sought == b->cost_intersect)
@@ -154,7 +155,7 @@ static rt_status build_part(worker *w, const rti_item *root)
             if (rti_cancelled(w->b->cancel))
                 return RT_ERROR_CANCELLED;
         }
-        if (!choose(w->b, &it, w->stack + w->top - it.count, w->scratch, &split)) {
+        if (!choose(NULL, w->b, &it, w->stack + w->top - it.count, w->scratch, &split)) {
             if (!write_leaf(w, &it))
                 return RT_ERROR_MEMORY;
             continue;
@@ -185,39 +186,107 @@ static rt_status kd_part(rt_context *ctx, const rti_build *b, const rti_item *ro
     return status;
 }
 
-/* ---- one node of the top -------------------------------------------------------------------------------------------------- */
+/* ---- one node of the top, by all workers ------------------------------------------------------------------------------ */
 
-static rt_status split_open(rt_context *ctx, const rti_build *b, rti_open *o, float *scratch)
+#define SHARE 8192u /* references a task: whole DEALs */
+
+/* Of a share of the node's references: at first how many may go to each side, then how many have gone, and where they begin
+ * there. */
+typedef struct share {
+    uint32_t counts[2];
+    size_t first[2];
+} share;
+
+typedef struct opening {
+    const rti_build *b;
+    rti_open *o;
+    share *shares;
+    uint32_t size; /* of a share */
+} opening;
+
+static uint32_t share_count(const opening *j, uint32_t index)
 {
+    return rtk_umin(j->o->it.count - index * j->size, j->size);
+}
+
+static void room_task(void *data, uint32_t index)
+{
+    const opening *j = data;
+    const rti_open *o = j->o;
+    const rti_ref *refs = o->refs + (size_t)index * j->size;
+    const uint32_t axis = o->split.axis, n = share_count(j, index);
+    uint32_t left = 0, right = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        left += !(refs[i].hi[axis] > o->split.pos) || refs[i].lo[axis] < o->split.pos;
+        right += refs[i].hi[axis] > o->split.pos;
+    }
+    j->shares[index].counts[0] = left;
+    j->shares[index].counts[1] = right;
+}
+
+static void deal_task(void *data, uint32_t index)
+{
+    const opening *j = data;
+    const rti_open *o = j->o;
+    const rti_ref *refs = o->refs + (size_t)index * j->size;
+    const uint32_t n = share_count(j, index);
+    share *s = &j->shares[index];
+    s->counts[0] = s->counts[1] = 0;
+    for (uint32_t i = 0; i < n && !rti_cancelled(j->b->cancel); i += SHARE)
+        deal(j->b, &o->it, &o->split, refs + i, rtk_umin(n - i, SHARE), o->child_refs[0] + s->first[0],
+             o->child_refs[1] + s->first[1], s->counts);
+}
+
+/* Deals all shares out, each to places of its own, with one more behind them (deal writes one ahead), and closes the gaps. */
+static rt_status deal_all(rt_context *ctx, opening *j, uint32_t tasks, uint32_t counts[2])
+{
+    rti_open *o = j->o;
+    rti_parallel(ctx, tasks, room_task, j);
+    for (int side = 0; side < 2; side++) {
+        for (uint32_t i = 0; i < tasks; i++) {
+            j->shares[i].first[side] = o->child_capacity[side];
+            o->child_capacity[side] += (size_t)j->shares[i].counts[side] + 1;
+        }
+        o->child_refs[side] = rti_alloc_array(ctx, o->child_capacity[side], sizeof(rti_ref));
+        if (!o->child_refs[side])
+            return RT_ERROR_MEMORY;
+    }
+    rti_parallel(ctx, tasks, deal_task, j);
+    for (int side = 0; side < 2; side++)
+        for (uint32_t i = 0; i < tasks; i++) {
+            rti_ref *refs = o->child_refs[side];
+            if (counts[side] != j->shares[i].first[side])
+                memmove(refs + counts[side], refs + j->shares[i].first[side], j->shares[i].counts[side] * sizeof *refs);
+            counts[side] += j->shares[i].counts[side];
+        }
+    return rti_cancelled(j->b->cancel) ? RT_ERROR_CANCELLED : RT_OK;
+}
+
+static rt_status split_open(rt_context *ctx, bool together, const rti_build *b, rti_open *o, float *scratch)
+{
+    opening j = {.b = b, .o = o, .size = together ? SHARE : o->it.count};
+    const uint32_t tasks = (o->it.count + j.size - 1) / j.size;
     uint32_t counts[2] = {0, 0};
-    o->leaf = !choose(b, &o->it, o->refs, scratch, &o->split);
+    rt_status status;
+    o->leaf = !choose(together ? ctx : NULL, b, &o->it, o->refs, scratch, &o->split);
     if (o->leaf)
         return RT_OK;
-    o->child_capacity[0] = o->child_capacity[1] = 1; /* deal writes one ahead */
-    for (uint32_t i = 0; i < o->it.count; i++) {
-        o->child_capacity[0] += !(o->refs[i].hi[o->split.axis] > o->split.pos) || o->refs[i].lo[o->split.axis] < o->split.pos;
-        o->child_capacity[1] += o->refs[i].hi[o->split.axis] > o->split.pos;
-    }
-    for (int i = 0; i < 2; i++)
-        if (!(o->child_refs[i] = rti_alloc_array(ctx, o->child_capacity[i], sizeof(rti_ref))))
-            return RT_ERROR_MEMORY;
-    for (uint32_t done = 0; done < o->it.count;) {
-        uint32_t n = o->it.count - done < 16384 ? o->it.count - done : 16384;
-        deal(b, &o->it, &o->split, o->refs + done, n, o->child_refs[0], o->child_refs[1], counts);
-        done += n;
-        if (rti_cancelled(b->cancel))
-            return RT_ERROR_CANCELLED;
-    }
+    j.shares = rti_alloc_array(ctx, tasks, sizeof *j.shares);
+    if (!j.shares)
+        return RT_ERROR_MEMORY;
+    status = deal_all(ctx, &j, tasks, counts);
     make_children(&o->it, &o->split, counts, o->children);
-    return RT_OK;
+    rti_free(ctx, j.shares, tasks * sizeof *j.shares);
+    return status;
 }
 
 static rt_status kd_split(rt_context *ctx, const rti_build *b, rti_open *o)
 {
-    size_t n = o->it.count;
-    float *scratch = rti_alloc_array(ctx, 3 * n, sizeof *scratch);
-    rt_status status = scratch ? split_open(ctx, b, o, scratch) : RT_ERROR_MEMORY;
-    rti_free(ctx, scratch, 3 * n * sizeof *scratch);
+    const bool together = rt_context_workers(ctx) > 1;
+    const size_t floats = (together ? 9 : 3) * (size_t)o->it.count;
+    float *scratch = rti_alloc_array(ctx, floats, sizeof *scratch);
+    rt_status status = scratch ? split_open(ctx, together, b, o, scratch) : RT_ERROR_MEMORY;
+    rti_free(ctx, scratch, floats * sizeof *scratch);
     return status;
 }
 

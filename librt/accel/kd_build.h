@@ -21,6 +21,9 @@ typedef struct rti_kd_bin_kernels {
 } rti_kd_bin_kernels;
 const rti_kd_bin_kernels *rti_kd_bin_kernels_at(rti_isa isa);
 
+/* Puts n floats, none of which is NaN, in order. temp: n more. */
+void rti_kd_sort(float *v, uint32_t n, float *temp);
+
 #define RTI_KD_SWEPT 64u /* references of a leaf that are parted at any place; more are parted by a BVH's bins */
 
 /* kd_piece.c */

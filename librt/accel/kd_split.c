@@ -14,6 +14,7 @@
 #define SAMPLE     2048u /* references that speak for a large node */
 #define EDGE_ABOVE 40u   /* the binned builder takes edges between bins as they are in nodes of more references */
 #define DIRECT_MAX 16u   /* up to this many references every bound is tried with a count of its own */
+#define SHARE      8192u /* references a task, where workers look for a plane together */
 
 /* The numbers that turn counts at a plane into a cost. cap: area of the split's face, rim: perimeter of it, both over the cell's
  * area. */
@@ -55,49 +56,6 @@ static float plane_cost(const measure *m, float left, float right, float left_wi
     if (left == 0.0f || right == 0.0f)
         c *= m->keep;
     return m->traverse + m->intersect * c;
-}
-
-static void merge(float *restrict out, const float *a, uint32_t na, const float *b, uint32_t nb)
-{
-    uint32_t i = 0, j = 0, k = 0;
-    while (i < na && j < nb) {
-        if (b[j] < a[i])
-            out[k++] = b[j++];
-        else
-            out[k++] = a[i++];
-    }
-    memcpy(out + k, a + i, (na - i) * sizeof *out);
-    k += na - i;
-    memcpy(out + k, b + j, (nb - j) * sizeof *out);
-}
-
-/* Merge sort over runs sorted by insertion: O(n log n) whatever the input. temp: n floats. */
-static void sort_floats(float *v, uint32_t n, float *temp)
-{
-    enum { RUN = 24 };
-    for (uint32_t base = 0; base < n; base += RUN) {
-        uint32_t end = base + RUN < n ? base + RUN : n;
-        for (uint32_t i = base + 1; i < end; i++) {
-            float x = v[i];
-            uint32_t j = i;
-            for (; j > base && v[j - 1] > x; j--)
-                v[j] = v[j - 1];
-            v[j] = x;
-        }
-    }
-    float *from = v, *to = temp;
-    for (uint32_t width = RUN; width < n; width *= 2) {
-        for (uint32_t base = 0; base < n; base += 2 * width) {
-            uint32_t na = width < n - base ? width : n - base;
-            uint32_t nb = width < n - base - na ? width : n - base - na;
-            merge(to + base, from + base, na, from + base + na, nb);
-        }
-        float *swap = from;
-        from = to;
-        to = swap;
-    }
-    if (from != v)
-        memcpy(v, from, n * sizeof *v);
 }
 
 static void consider(const measure *m, uint32_t axis, float pos, uint32_t left, uint32_t right, rti_kd_split *best)
@@ -220,11 +178,77 @@ static inline uint32_t bin_of(float x, float lo, float scale, float last)
     return (uint32_t)(int32_t)(f < last ? f : last);
 }
 
-/* Every stride-th reference, `count` of them. false: cancelled, the counts are not complete. */
-static bool fill_bins(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, uint32_t stride,
-                      rti_kd_bins *n)
+/* References of a node, every stride-th of them, `count` in all. ctx: NULL, or whose workers look at them, SHARE a task. */
+typedef struct some {
+    rt_context *ctx;
+    const rti_build *b;
+    const rti_ref *refs;
+    uint32_t count, stride;
+} some;
+
+static uint32_t shares(const some *s)
 {
-    const rti_kd_bin_kernels *kernels = rti_kd_bin_kernels_at(b->isa);
+    return s->ctx ? (s->count + SHARE - 1) / SHARE : 1;
+}
+
+static some share_of(const some *s, uint32_t index)
+{
+    some part = *s;
+    part.ctx = NULL;
+    part.refs += (size_t)index * SHARE * s->stride;
+    part.count = rtk_umin(s->count - index * SHARE, SHARE);
+    return part;
+}
+
+/* false: cancelled, the counts are not complete. */
+static bool add_bins(const some *s, rti_kd_bins *n)
+{
+    const rti_kd_bin_kernels *kernels = rti_kd_bin_kernels_at(s->b->isa);
+    for (uint32_t i = 0; i < s->count; i += 65536) {
+        if (i > 0 && rti_cancelled(s->b->cancel))
+            return false;
+        kernels->add(n, s->refs + (size_t)i * s->stride, rtk_umin(s->count - i, 65536), s->stride);
+    }
+    return true;
+}
+
+typedef struct bin_job {
+    const some *all;
+    rti_kd_bins *bins; /* [shares], empty */
+} bin_job;
+
+static void bin_task(void *data, uint32_t index)
+{
+    const bin_job *job = data;
+    const some part = share_of(job->all, index);
+    if (!rti_cancelled(part.b->cancel))
+        add_bins(&part, &job->bins[index]);
+}
+
+/* As add_bins, to empty ones, by all workers. Without memory for it, by the caller. */
+static bool add_bins_together(const some *s, rti_kd_bins *n)
+{
+    const uint32_t tasks = shares(s);
+    bin_job job = {s, tasks > 1 ? rti_alloc_array(s->ctx, tasks, sizeof *job.bins) : NULL};
+    if (!job.bins)
+        return add_bins(s, n);
+    for (uint32_t i = 0; i < tasks; i++)
+        job.bins[i] = *n;
+    rti_parallel(s->ctx, tasks, bin_task, &job);
+    for (uint32_t i = 0; i < tasks; i++)
+        for (uint32_t k = 0; k < n->count; k++)
+            for (uint32_t a = 0; a < 4; a++) {
+                n->lo[k][a] += job.bins[i].lo[k][a];
+                n->hi[k][a] += job.bins[i].hi[k][a];
+            }
+    rti_free(s->ctx, job.bins, tasks * sizeof *job.bins);
+    return !rti_cancelled(s->b->cancel);
+}
+
+/* false: cancelled. */
+static bool fill_bins(const some *s, const measure m[3], rti_kd_bins *n)
+{
+    const uint32_t count = s->count;
     n->count = count < 64 ? 16 : (count < 1024 ? 32 : RTI_KD_BINS);
     n->last = (float)(n->count - 1);
     n->base = (rti_f4){m[0].lo, m[1].lo, m[2].lo, 0.0f};
@@ -233,12 +257,7 @@ static bool fill_bins(const rti_build *b, const measure m[3], const rti_ref *ref
     memset(n->hi, 0, n->count * sizeof n->hi[0]);
     for (int a = 0; a < 3; a++)
         n->scale[a] = rtk_min((float)n->count / (m[a].hi - m[a].lo), 3.0e38f);
-    for (uint32_t i = 0; i < count; i += 65536) {
-        if (i > 0 && rti_cancelled(b->cancel))
-            return false;
-        kernels->add(n, refs + (size_t)i * stride, count - i < 65536 ? count - i : 65536, stride);
-    }
-    return true;
+    return add_bins_together(s, n);
 }
 
 /* What the counts alone say, by axis: a lower bound of every bin's cost, the cheapest edge between bins and the bin before it. */
@@ -287,29 +306,104 @@ static void bound_bins(const measure m[3], const rti_kd_bins *n, uint32_t count,
     out->edge_bin = (uint32_t)edge_bin[out->edge_axis];
 }
 
-/* Sorts and sweeps the bounds in the bins of one axis that `wanted` marks. */
-static void refine_axis(const measure *m, uint32_t axis, const rti_ref *refs, uint32_t count, uint32_t stride,
-                        const rti_kd_bins *n, uint64_t wanted, float *scratch, rti_kd_split *best)
+/* Where the best plane of each axis is looked for: in its bins that `wanted` marks. scratch: 3 * count floats an axis, or all in
+ * one where they come one by one. */
+typedef struct refine_job {
+    const some *all;
+    const measure *m;
+    const rti_kd_bins *n;
+    const uint64_t *wanted;
+    float *scratch;
+    rti_kd_split *best; /* [3] */
+} refine_job;
+
+/* Bounds in wanted bins of one axis: how many there are of each share. */
+typedef struct gather_job {
+    const refine_job *of;
+    uint32_t axis;
+    float *los, *his; /* a share's from its first reference's number on */
+    uint32_t tasks, (*counts)[2];
+} gather_job;
+
+static void gather_task(void *data, uint32_t index)
 {
-    float *los = scratch, *his = scratch + count, *temp = his + count, base = m->lo, scale = n->scale[axis], last = n->last;
-    uint32_t lo_count = 0, hi_count = 0, lo_done = 0, hi_done = 0, left = 0, gone = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        const rti_ref *r = refs + (size_t)i * stride;
-        los[lo_count] = r->lo[axis];
-        lo_count += wanted >> bin_of(r->lo[axis], base, scale, last) & 1u;
-        his[hi_count] = r->hi[axis];
-        hi_count += wanted >> bin_of(r->hi[axis], base, scale, last) & 1u;
+    const gather_job *job = data;
+    const refine_job *r = job->of;
+    const some part = job->tasks > 1 ? share_of(r->all, index) : *r->all;
+    const uint64_t wanted = r->wanted[job->axis];
+    const float base = r->m[job->axis].lo, scale = r->n->scale[job->axis], last = r->n->last;
+    float *los = job->los + (size_t)index * SHARE, *his = job->his + (size_t)index * SHARE;
+    uint32_t lo_count = 0, hi_count = 0;
+    for (uint32_t i = 0; i < part.count; i++) {
+        const rti_ref *ref = part.refs + (size_t)i * part.stride;
+        los[lo_count] = ref->lo[job->axis];
+        lo_count += wanted >> bin_of(ref->lo[job->axis], base, scale, last) & 1u;
+        his[hi_count] = ref->hi[job->axis];
+        hi_count += wanted >> bin_of(ref->hi[job->axis], base, scale, last) & 1u;
     }
-    sort_floats(los, lo_count, temp);
-    sort_floats(his, hi_count, temp);
+    job->counts[index][0] = lo_count;
+    job->counts[index][1] = hi_count;
+}
+
+/* All of them side by side, in the references' order. Without memory for it, by the caller. */
+static void gather(const refine_job *r, uint32_t axis, float *los, float *his, uint32_t *lo_count, uint32_t *hi_count)
+{
+    const uint32_t tasks = shares(r->all);
+    uint32_t one[1][2], (*many)[2] = tasks > 1 ? rti_alloc_array(r->all->ctx, tasks, sizeof *many) : NULL;
+    gather_job job = {r, axis, los, his, many ? tasks : 1, many ? many : one};
+    *lo_count = *hi_count = 0;
+    if (many)
+        rti_parallel(r->all->ctx, tasks, gather_task, &job);
+    else
+        gather_task(&job, 0);
+    for (uint32_t i = 0; i < job.tasks; i++) {
+        memmove(los + *lo_count, los + (size_t)i * SHARE, job.counts[i][0] * sizeof *los);
+        memmove(his + *hi_count, his + (size_t)i * SHARE, job.counts[i][1] * sizeof *his);
+        *lo_count += job.counts[i][0];
+        *hi_count += job.counts[i][1];
+    }
+    rti_free(r->all->ctx, many, tasks * sizeof *many);
+}
+
+/* Sorts and sweeps the bounds of one axis. */
+static void refine_task(void *data, uint32_t axis)
+{
+    const refine_job *r = data;
+    const rti_kd_bins *n = r->n;
+    const uint64_t wanted = r->wanted[axis];
+    const uint32_t count = r->all->count;
+    float *los = r->scratch + (r->all->ctx ? 3 * (size_t)axis * count : 0), *his = los + count, *temp = his + count;
+    uint32_t lo_count, hi_count, lo_done = 0, hi_done = 0, left = 0, gone = 0;
+    if (!wanted)
+        return;
+    gather(r, axis, los, his, &lo_count, &hi_count);
+    rti_kd_sort(los, lo_count, temp);
+    rti_kd_sort(his, hi_count, temp);
     for (uint32_t j = 0; j < n->count && wanted >> j; j++) {
         if (wanted >> j & 1u) {
-            sweep(m, axis, los + lo_done, n->lo[j][axis], his + hi_done, n->hi[j][axis], left, gone, count, best);
+            sweep(&r->m[axis], axis, los + lo_done, n->lo[j][axis], his + hi_done, n->hi[j][axis], left, gone, count,
+                  &r->best[axis]);
             lo_done += n->lo[j][axis];
             hi_done += n->hi[j][axis];
         }
         left += n->lo[j][axis];
         gone += n->hi[j][axis];
+    }
+}
+
+/* The cheapest of the axes, of equal ones the first. */
+static void refine(const some *s, const measure m[3], const rti_kd_bins *n, const uint64_t wanted[3], float *scratch,
+                   rti_kd_split *best)
+{
+    rti_kd_split of[3] = {*best, *best, *best};
+    refine_job job = {s, m, n, wanted, scratch, of};
+    if (s->ctx)
+        rti_parallel(s->ctx, 3, refine_task, &job);
+    for (uint32_t a = 0; a < 3; a++) {
+        if (!s->ctx)
+            refine_task(&job, a);
+        if (of[a].cost < best->cost)
+            *best = of[a];
     }
 }
 
@@ -346,54 +440,82 @@ static void take_edge(const measure m[3], const rti_kd_bins *n, const bounds *s,
         *best = (rti_kd_split){s->edge, pos, axis, left, right};
 }
 
-static void split_binned(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, uint32_t stride,
-                         float *scratch, rti_kd_split *best)
+static void split_binned(const some *all, const measure m[3], float *scratch, rti_kd_split *best)
 {
+    const rti_build *b = all->b;
     rti_kd_bins n;
     bounds s;
     uint64_t wanted[3];
-    if (!fill_bins(b, m, refs, count, stride, &n))
+    if (!fill_bins(all, m, &n))
         return; /* a leaf, in a tree that nobody will see */
-    bound_bins(m, &n, count, &s);
-    if (b->builder == RTI_BUILD_KD_BINNED && count > EDGE_ABOVE && s.edge < best->cost) {
-        take_edge(m, &n, &s, count, best);
+    bound_bins(m, &n, all->count, &s);
+    if (b->builder == RTI_BUILD_KD_BINNED && all->count > EDGE_ABOVE && s.edge < best->cost) {
+        take_edge(m, &n, &s, all->count, best);
         return;
     }
     choose_bins(b, &n, &s, best->cost, wanted);
-    for (uint32_t a = 0; a < 3; a++)
-        if (wanted[a])
-            refine_axis(&m[a], a, refs, count, stride, &n, wanted[a], scratch, best);
+    refine(all, m, &n, wanted, scratch, best);
 }
 
 /* ---- very many: a sample -------------------------------------------------------------------------------------------------- */
 
+/* How many references are on each side of a plane. */
+typedef struct side_job {
+    const some *all;
+    const rti_kd_split *plane;
+    atomic_uint left, right;
+} side_job;
+
+static void count_sides(const some *s, side_job *job)
+{
+    const uint32_t axis = job->plane->axis;
+    const float pos = job->plane->pos;
+    uint32_t left = 0, right = 0;
+    for (uint32_t i = 0; i < s->count; i++) {
+        left += s->refs[i].lo[axis] < pos;
+        right += s->refs[i].hi[axis] > pos;
+    }
+    atomic_fetch_add_explicit(&job->left, left, memory_order_relaxed);
+    atomic_fetch_add_explicit(&job->right, right, memory_order_relaxed);
+}
+
+static void side_task(void *data, uint32_t index)
+{
+    side_job *job = data;
+    const some part = share_of(job->all, index);
+    count_sides(&part, job);
+}
+
 /* The plane that is cheapest for every stride-th reference, with the counts and the cost of all. false: what the sample says is
  * no split that pays. (Hunt, Mark, Stoll 2006 choose from samples of the cost; a sample of the primitives is as good for large
  * nodes, and one pass over the memory is saved a level.) */
-static bool split_sampled(const rti_build *b, const measure m[3], const rti_ref *refs, uint32_t count, float *scratch,
-                          rti_kd_split *best)
+static bool split_sampled(const some *all, const measure m[3], float *scratch, rti_kd_split *best)
 {
-    uint32_t stride = count / SAMPLE, some = count / stride, left = 0, right = 0;
-    rti_kd_split s = {b->cost_sought * (float)some, 0.0f, 3, 0, 0};
-    split_binned(b, m, refs, some, stride, scratch, &s);
+    const uint32_t stride = all->count / SAMPLE;
+    const some sample = {NULL, all->b, all->refs, all->count / stride, stride};
+    rti_kd_split s = {all->b->cost_sought * (float)sample.count, 0.0f, 3, 0, 0};
+    side_job job = {all, &s, 0, 0};
+    split_binned(&sample, m, scratch, &s);
     if (s.axis == 3)
         return false;
-    for (uint32_t i = 0; i < count; i++) {
-        left += refs[i].lo[s.axis] < s.pos;
-        right += refs[i].hi[s.axis] > s.pos;
-    }
-    consider(&m[s.axis], s.axis, s.pos, left, right, best);
+    if (shares(all) > 1)
+        rti_parallel(all->ctx, shares(all), side_task, &job);
+    else
+        count_sides(all, &job);
+    consider(&m[s.axis], s.axis, s.pos, job.left, job.right, best);
     return best->axis < 3;
 }
 
-rti_kd_split rti_kd_find_split(const rti_build *b, const rti_cell *cell, const rti_ref *refs, uint32_t count, float *scratch)
+rti_kd_split rti_kd_find_split(rt_context *ctx, const rti_build *b, const rti_cell *cell, const rti_ref *refs, uint32_t count,
+                               float *scratch)
 {
+    const some all = {count > SHARE ? ctx : NULL, b, refs, count, 1};
     rti_kd_split best = {b->cost_sought * (float)count, 0.0f, 3, 0, 0}; /* a leaf's cost: what is dearer is no split */
     measure m[3];
     measure_cell(b, cell, m);
     if (count <= DIRECT_MAX)
         split_direct(m, refs, count, &best);
-    else if (b->builder == RTI_BUILD_KD_EXACT || count < 2 * SAMPLE || !split_sampled(b, m, refs, count, scratch, &best))
-        split_binned(b, m, refs, count, 1, scratch, &best);
+    else if (b->builder == RTI_BUILD_KD_EXACT || count < 2 * SAMPLE || !split_sampled(&all, m, scratch, &best))
+        split_binned(&all, m, scratch, &best);
     return best;
 }
