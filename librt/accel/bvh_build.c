@@ -5,6 +5,7 @@
  * References move between two buffers: a split reads one and writes the other, left ones from the front of the range's room,
  * right ones from its back.
  */
+#include <stdlib.h>
 #include <string.h>
 
 #include "bvh_build.h"
@@ -522,11 +523,18 @@ static bool reserve_nodes(build *job, size_t parts)
     nodes = rti_alloc_array(t->ctx, count, sizeof *nodes);
     if (!nodes)
         return false;
-    memcpy(nodes, t->nodes, t->top_count * sizeof *nodes);
+    if (t->nodes)
+        memcpy(nodes, t->nodes, t->top_count * sizeof *nodes);
     rti_free(t->ctx, t->nodes, t->node_capacity * sizeof *nodes);
     t->nodes = nodes;
     t->node_capacity = count;
     return true;
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const uint32_t x = ((const rti_bvh_range *)a)->room_begin, y = ((const rti_bvh_range *)b)->room_begin;
+    return (x > y) - (x < y);
 }
 
 static rt_status build_binary(build *job, const rti_bvh_range *root)
@@ -542,6 +550,7 @@ static rt_status build_binary(build *job, const rti_bvh_range *root)
         return status;
     if (!reserve_nodes(job, job->part_count))
         return RT_ERROR_MEMORY;
+    qsort(job->parts, job->part_count, sizeof *job->parts, by_place); /* whose references a worker has written, he goes on with */
     atomic_init(&job->free_node, t->top_count);
     rti_parallel(t->ctx, (uint32_t)job->part_count, part_task, job);
     return rti_cancelled(t->b->cancel) ? RT_ERROR_CANCELLED : RT_OK;
@@ -593,7 +602,7 @@ rt_status rti_bvh_build(rt_context *ctx, const rti_build *b, double start, void 
     t->order = rti_alloc_array(ctx, t->room, sizeof *t->order);
     if (t->refs[0] && t->order && reserve_nodes(&job, 1 + 2 * (t->room / job.part_limit))) {
         t->refs[1] = t->refs[0] + t->room;
-        rti_touch_large(ctx, t->refs[0], 2 * t->room * sizeof(rti_ref), t->nodes,
+        rti_touch_large(ctx, t->refs[0], (t->spatial ? b->prim_count : 2 * t->room) * sizeof(rti_ref), t->nodes,
                         (size_t)(TOUCHED * b->prim_count) * sizeof *t->nodes);
         status = make_refs(t, job.piece_size, &root);
     }

@@ -1,7 +1,7 @@
 /* The kd-tree's builders: a node is split where kd_split.c says, until a leaf, which may be parted into pieces, is cheaper. */
 #include <string.h>
 
-#include "bvh_build.h"
+#include "kd_build.h"
 
 #define DEAL      128u                /* references dealt out at a time */
 #define STACK_MAX (RTK_KD_DEPTH + 2u) /* nodes that wait: one a level below the one at work */
@@ -188,7 +188,7 @@ static rt_status kd_part(rt_context *ctx, const rti_build *b, const rti_item *ro
 
 /* ---- one node of the top, by all workers ------------------------------------------------------------------------------ */
 
-#define SHARE 8192u /* references a task: whole DEALs */
+_Static_assert(RTI_KD_SHARE % DEAL == 0, "shares are dealt as one worker deals all");
 
 /* Of a share of the node's references: at first how many may go to each side, then how many have gone, and where they begin
  * there. */
@@ -232,8 +232,8 @@ static void deal_task(void *data, uint32_t index)
     const uint32_t n = share_count(j, index);
     share *s = &j->shares[index];
     s->counts[0] = s->counts[1] = 0;
-    for (uint32_t i = 0; i < n && !rti_cancelled(j->b->cancel); i += SHARE)
-        deal(j->b, &o->it, &o->split, refs + i, rtk_umin(n - i, SHARE), o->child_refs[0] + s->first[0],
+    for (uint32_t i = 0; i < n && !rti_cancelled(j->b->cancel); i += RTI_KD_SHARE)
+        deal(j->b, &o->it, &o->split, refs + i, rtk_umin(n - i, RTI_KD_SHARE), o->child_refs[0] + s->first[0],
              o->child_refs[1] + s->first[1], s->counts);
 }
 
@@ -264,7 +264,7 @@ static rt_status deal_all(rt_context *ctx, opening *j, uint32_t tasks, uint32_t 
 
 static rt_status split_open(rt_context *ctx, bool together, const rti_build *b, rti_open *o, float *scratch)
 {
-    opening j = {.b = b, .o = o, .size = together ? SHARE : o->it.count};
+    opening j = {.b = b, .o = o, .size = together ? RTI_KD_SHARE : o->it.count};
     const uint32_t tasks = (o->it.count + j.size - 1) / j.size;
     uint32_t counts[2] = {0, 0};
     rt_status status;

@@ -21,6 +21,8 @@ typedef struct rti_kd_bin_kernels {
 } rti_kd_bin_kernels;
 const rti_kd_bin_kernels *rti_kd_bin_kernels_at(rti_isa isa);
 
+#define RTI_KD_SHARE 8192u /* references a task, where workers split a node together */
+
 /* Puts n floats, none of which is NaN, in order. temp: n more. */
 void rti_kd_sort(float *v, uint32_t n, float *temp);
 

@@ -14,7 +14,6 @@
 #define SAMPLE     2048u /* references that speak for a large node */
 #define EDGE_ABOVE 40u   /* the binned builder takes edges between bins as they are in nodes of more references */
 #define DIRECT_MAX 16u   /* up to this many references every bound is tried with a count of its own */
-#define SHARE      8192u /* references a task, where workers look for a plane together */
 
 /* The numbers that turn counts at a plane into a cost. cap: area of the split's face, rim: perimeter of it, both over the cell's
  * area. */
@@ -178,7 +177,8 @@ static inline uint32_t bin_of(float x, float lo, float scale, float last)
     return (uint32_t)(int32_t)(f < last ? f : last);
 }
 
-/* References of a node, every stride-th of them, `count` in all. ctx: NULL, or whose workers look at them, SHARE a task. */
+/* References of a node, every stride-th of them, `count` in all. ctx: NULL, or whose workers look at them, RTI_KD_SHARE a task.
+ */
 typedef struct some {
     rt_context *ctx;
     const rti_build *b;
@@ -188,15 +188,15 @@ typedef struct some {
 
 static uint32_t shares(const some *s)
 {
-    return s->ctx ? (s->count + SHARE - 1) / SHARE : 1;
+    return s->ctx ? (s->count + RTI_KD_SHARE - 1) / RTI_KD_SHARE : 1;
 }
 
 static some share_of(const some *s, uint32_t index)
 {
     some part = *s;
     part.ctx = NULL;
-    part.refs += (size_t)index * SHARE * s->stride;
-    part.count = rtk_umin(s->count - index * SHARE, SHARE);
+    part.refs += (size_t)index * RTI_KD_SHARE * s->stride;
+    part.count = rtk_umin(s->count - index * RTI_KD_SHARE, RTI_KD_SHARE);
     return part;
 }
 
@@ -332,7 +332,7 @@ static void gather_task(void *data, uint32_t index)
     const some part = job->tasks > 1 ? share_of(r->all, index) : *r->all;
     const uint64_t wanted = r->wanted[job->axis];
     const float base = r->m[job->axis].lo, scale = r->n->scale[job->axis], last = r->n->last;
-    float *los = job->los + (size_t)index * SHARE, *his = job->his + (size_t)index * SHARE;
+    float *los = job->los + (size_t)index * RTI_KD_SHARE, *his = job->his + (size_t)index * RTI_KD_SHARE;
     uint32_t lo_count = 0, hi_count = 0;
     for (uint32_t i = 0; i < part.count; i++) {
         const rti_ref *ref = part.refs + (size_t)i * part.stride;
@@ -357,8 +357,8 @@ static void gather(const refine_job *r, uint32_t axis, float *los, float *his, u
     else
         gather_task(&job, 0);
     for (uint32_t i = 0; i < job.tasks; i++) {
-        memmove(los + *lo_count, los + (size_t)i * SHARE, job.counts[i][0] * sizeof *los);
-        memmove(his + *hi_count, his + (size_t)i * SHARE, job.counts[i][1] * sizeof *his);
+        memmove(los + *lo_count, los + (size_t)i * RTI_KD_SHARE, job.counts[i][0] * sizeof *los);
+        memmove(his + *hi_count, his + (size_t)i * RTI_KD_SHARE, job.counts[i][1] * sizeof *his);
         *lo_count += job.counts[i][0];
         *hi_count += job.counts[i][1];
     }
@@ -509,7 +509,7 @@ static bool split_sampled(const some *all, const measure m[3], float *scratch, r
 rti_kd_split rti_kd_find_split(rt_context *ctx, const rti_build *b, const rti_cell *cell, const rti_ref *refs, uint32_t count,
                                float *scratch)
 {
-    const some all = {count > SHARE ? ctx : NULL, b, refs, count, 1};
+    const some all = {count > RTI_KD_SHARE ? ctx : NULL, b, refs, count, 1};
     rti_kd_split best = {b->cost_sought * (float)count, 0.0f, 3, 0, 0}; /* a leaf's cost: what is dearer is no split */
     measure m[3];
     measure_cell(b, cell, m);

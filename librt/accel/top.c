@@ -31,6 +31,10 @@ static void part_task(void *data, uint32_t index)
     top *t = data;
     part_job *job = &t->parts[index];
     job->part.out.node_size = t->method->node_size;
+    if (rti_cancelled(t->b->cancel)) {
+        job->status = RT_ERROR_CANCELLED;
+        return;
+    }
     job->status = t->method->part(t->ctx, t->b, &job->root, job->refs, job->refs_capacity, &job->part.out);
     job->refs = NULL;
 }

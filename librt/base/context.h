@@ -48,7 +48,7 @@ struct rt_context {
     pthread_mutex_t log_lock;
 
     pthread_mutex_t pool_lock;
-    rti_pool *pool; /* made on first need */
+    _Atomic(rti_pool *) pool; /* made on first need, under the lock */
 
     /* Room for the scene floor's caches: set and ended by it (rti_context_set_cache). */
     pthread_mutex_t cache_lock;

@@ -80,7 +80,7 @@ void rti_touch_large(rt_context *ctx, void *a, size_t a_size, void *b, size_t b_
 {
     const touching t = {{a, b}, (a_size + HUGE_PAGE - 1) / HUGE_PAGE};
     const size_t pages = t.pages + (b_size + HUGE_PAGE - 1) / HUGE_PAGE;
-    if (rt_context_workers(ctx) >= FEW && pages > 2 && pages < UINT32_MAX)
+    if (rt_context_workers(ctx) >= FEW && pages > 2 && pages <= RTI_PARALLEL_MOST)
         rti_parallel(ctx, (uint32_t)pages, touch_page, (void *)&t);
 }
 

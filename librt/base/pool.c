@@ -20,11 +20,19 @@ typedef struct loop {
     _Alignas(RTI_CACHE_LINE) atomic_uint users; /* threads of the pool that are in it, and OPEN while it may be joined */
     void (*task)(void *data, uint32_t index);
     void *data;
-    uint32_t count;
-    _Alignas(RTI_CACHE_LINE) atomic_uint taken; /* indices; more than count when all are */
+    uint32_t share_count; /* 1, or one a thread */
+    struct share *shares;
 } loop;
 
-#define LOOPS 64u /* at a time; more run on their callers alone */
+/* Indices that go to one thread as long as it has any, [next, end), and to others then. So in loops over the same things, one
+ * after the other, most of them stay in one processor's caches. */
+typedef struct share {
+    _Alignas(RTI_CACHE_LINE) atomic_uint next; /* more than end when all are taken */
+    uint32_t end;
+} share;
+
+#define LOOPS  64u /* at a time; more run on their callers alone */
+#define SHARED 4u  /* indices a share, at least */
 
 struct rti_pool {
     loop loops[LOOPS];
@@ -38,8 +46,15 @@ struct rti_pool {
     atomic_bool ending;
     uint32_t thread_count, capacity;
     uint32_t patience; /* how often a thread looks before it sleeps */
-    pthread_t threads[];
+    share *shares;     /* capacity + 1 of each loop */
+    struct pool_start {
+        struct rti_pool *pool;
+        uint32_t self;
+        pthread_t thread;
+    } threads[];
 };
+
+static _Thread_local uint32_t self; /* whose share comes first: 0 is a host's thread, others are of a pool */
 
 /* Signals are for the host's own threads: a handler that is run by a thread that the host does not know races with what it looks
  * at. Left alone are those that a thread sends itself by what it does, and a profiler's. A thread inherits its starter's mask. */
@@ -68,9 +83,15 @@ static inline void breathe(void)
 static void run_some(rti_pool *pool, loop *l)
 {
     const uint_fast64_t own = (uint_fast64_t)1 << (l - pool->loops);
-    uint32_t index;
-    while ((index = atomic_fetch_add_explicit(&l->taken, 1, memory_order_relaxed)) < l->count)
-        l->task(l->data, index);
+    const uint32_t first = self % l->share_count;
+    for (uint32_t k = 0; k < l->share_count; k++) {
+        share *s = &l->shares[first + k < l->share_count ? first + k : first + k - l->share_count];
+        uint32_t index;
+        if (atomic_load_explicit(&s->next, memory_order_relaxed) >= s->end)
+            continue;
+        while ((index = atomic_fetch_add_explicit(&s->next, 1, memory_order_relaxed)) < s->end)
+            l->task(l->data, index);
+    }
     if (atomic_load_explicit(&pool->open, memory_order_relaxed) & own)
         atomic_fetch_and(&pool->open, ~own);
 }
@@ -101,7 +122,9 @@ static bool join_in(rti_pool *pool)
 
 static void *pool_thread(void *arg)
 {
-    rti_pool *pool = arg;
+    const struct pool_start *start = arg;
+    rti_pool *pool = start->pool;
+    self = start->self;
     rti_fp_enter();
     for (;;) {
         const uint32_t seen = atomic_load(&pool->listed);
@@ -122,13 +145,23 @@ static void *pool_thread(void *arg)
     }
 }
 
+static size_t pool_size(uint32_t capacity)
+{
+    return sizeof(rti_pool) + capacity * sizeof(struct pool_start);
+}
+
 static rti_pool *pool_create(rt_context *ctx)
 {
-    uint32_t capacity = ctx->workers - 1;
-    rti_pool *pool = rti_alloc_zero(ctx, sizeof *pool + capacity * sizeof(pthread_t));
+    const uint32_t capacity = ctx->workers - 1;
+    rti_pool *pool = rti_alloc_zero(ctx, pool_size(capacity));
     if (!pool)
         return NULL;
     pool->capacity = capacity;
+    pool->shares = rti_alloc_array(ctx, LOOPS * (size_t)ctx->workers, sizeof *pool->shares);
+    if (!pool->shares) {
+        rti_free(ctx, pool, pool_size(capacity));
+        return NULL;
+    }
     pool->patience =
         ctx->workers <= rt_cpu_count() ? PATIENCE : 0; /* else it would look out on a CPU that another thread wants */
     pthread_mutex_init(&pool->lock, NULL);
@@ -136,8 +169,13 @@ static rti_pool *pool_create(rt_context *ctx)
     pthread_cond_init(&pool->done, NULL);
     sigset_t before;
     hold_signals(&before);
-    while (pool->thread_count < capacity && pthread_create(&pool->threads[pool->thread_count], NULL, pool_thread, pool) == 0)
-        pool->thread_count++;
+    for (; pool->thread_count < capacity; pool->thread_count++) {
+        struct pool_start *start = &pool->threads[pool->thread_count];
+        start->pool = pool;
+        start->self = pool->thread_count + 1;
+        if (pthread_create(&start->thread, NULL, pool_thread, start) != 0)
+            break;
+    }
     pthread_sigmask(SIG_SETMASK, &before, NULL);
     if (pool->thread_count < capacity)
         rti_log(ctx, RT_LOG_WARNING, "the system gave %u of %u worker threads; going on with those", pool->thread_count,
@@ -154,21 +192,26 @@ void rti_pool_destroy(rt_context *ctx, rti_pool *pool)
     pthread_cond_broadcast(&pool->work);
     pthread_mutex_unlock(&pool->lock);
     for (uint32_t i = 0; i < pool->thread_count; i++)
-        pthread_join(pool->threads[i], NULL);
+        pthread_join(pool->threads[i].thread, NULL);
     pthread_mutex_destroy(&pool->lock);
     pthread_cond_destroy(&pool->work);
     pthread_cond_destroy(&pool->done);
-    rti_free(ctx, pool, sizeof *pool + pool->capacity * sizeof(pthread_t));
+    rti_free(ctx, pool->shares, LOOPS * (pool->capacity + (size_t)1) * sizeof *pool->shares);
+    rti_free(ctx, pool, pool_size(pool->capacity));
 }
 
 /* NULL when there is no memory for it: loops then run on their caller alone. */
 static rti_pool *get_pool(rt_context *ctx)
 {
-    rti_pool *pool;
+    rti_pool *pool = atomic_load(&ctx->pool);
+    if (pool)
+        return pool;
     pthread_mutex_lock(&ctx->pool_lock);
-    if (!ctx->pool)
-        ctx->pool = pool_create(ctx);
-    pool = ctx->pool;
+    pool = atomic_load(&ctx->pool);
+    if (!pool) {
+        pool = pool_create(ctx);
+        atomic_store(&ctx->pool, pool);
+    }
     pthread_mutex_unlock(&ctx->pool_lock);
     return pool;
 }
@@ -218,10 +261,15 @@ static void wait_for(rti_pool *pool, loop *l)
 static void run_loop(rti_pool *pool, loop *l, uint32_t count, void (*task)(void *data, uint32_t index), void *data)
 {
     const uint_fast64_t own = (uint_fast64_t)1 << (l - pool->loops);
+    const uint32_t each = pool->capacity + 1;
     l->task = task;
     l->data = data;
-    l->count = count;
-    atomic_store_explicit(&l->taken, 0, memory_order_relaxed);
+    l->shares = pool->shares + (size_t)(l - pool->loops) * each;
+    l->share_count = count >= SHARED * each ? each : 1;
+    for (uint32_t k = 0; k < l->share_count; k++) {
+        atomic_store_explicit(&l->shares[k].next, (uint32_t)((uint64_t)count * k / l->share_count), memory_order_relaxed);
+        l->shares[k].end = (uint32_t)((uint64_t)count * (k + 1) / l->share_count);
+    }
     atomic_fetch_add(&l->users, OPEN);
     atomic_fetch_or(&pool->open, own);
     atomic_fetch_add(&pool->listed, 1);
@@ -266,7 +314,7 @@ rt_status rti_pool_start(rt_context *ctx)
         return RT_OK;
     pool = get_pool(ctx);
     if (!pool)
-        return rti_fail_memory(ctx, "worker threads", sizeof *pool + ctx->workers * sizeof(pthread_t));
+        return rti_fail_memory(ctx, "worker threads", pool_size(ctx->workers));
     if (pool->thread_count == 0)
         return rti_fail(ctx, RT_ERROR_THREAD, "the system gave none of %u worker threads", ctx->workers - 1);
     return RT_OK;

@@ -61,12 +61,12 @@ static void check_bytes(const rti_build_input *in, uint32_t builder, uint32_t wo
     rt_context_destroy(ctx);
 }
 
-static void test_same_bytes(void **state)
+/* Of `count` triangles and 50 large ones. */
+static void check_same(int count)
 {
     static const uint32_t workers[] = {1, 2, 3, 8};
     test_mesh m = {0};
-    (void)state;
-    test_mesh_soup(&m, 20000, 0.05f, 42);
+    test_mesh_soup(&m, count, 0.05f, 42);
     test_mesh_soup(&m, 50, 2.0f, 42);
     rti_build_input in = test_input(&m);
     for (int b = 0; b < TEST_BUILDERS; b++) {
@@ -83,6 +83,13 @@ static void test_same_bytes(void **state)
         free(all.first);
     }
     test_mesh_free(&m);
+}
+
+static void test_same_bytes(void **state)
+{
+    (void)state;
+    check_same(20000);
+    check_same(2 * 8192 - 50); /* whole shares of what workers split together */
 }
 
 static void test_small(void **state)
