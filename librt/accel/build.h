@@ -102,8 +102,8 @@ typedef struct rti_kd_split {
     uint32_t left_count, right_count; /* of references on each side; the binned builder's are close to it */
 } rti_kd_split;
 
-/* The cheapest plane for `count` references in `cell`, if it is cheaper than a leaf where a primitive costs b->cost_sought. ctx: its
- * workers look for it together; NULL: the caller alone, who finds the same. scratch: 3 * count floats, 9 * count with ctx. */
+/* The cheapest plane for `count` references in `cell`, if it is cheaper than a leaf where a primitive costs b->cost_sought. ctx:
+ * its workers look for it together; NULL: the caller alone, who finds the same. scratch: 3 * count floats, 9 * count with ctx. */
 rti_kd_split rti_kd_find_split(rt_context *ctx, const rti_build *b, const rti_cell *cell, const rti_ref *refs, uint32_t count,
                                float *scratch);
 

@@ -1,9 +1,9 @@
 /* What the files of the BVH's builder share. Private to accel/.
  *
- * The builder makes a binary tree first (bvh_build.c: levels of large ranges by all workers together, then the small ones a task
- * each; bvh_bins.c and bvh_spatial.c choose splits), then chooses what of it becomes slots of nodes of eight (bvh_fold.c), writes
- * those (bvh_write.c), and puts their slots in order (bvh_order.c). Everything that is decided depends on the references alone,
- * never on who works on them.
+ * The builder makes a binary tree first (bvh_refs.c: its references; bvh_build.c: levels of large ranges by all workers together,
+ * then the small ones a task each; bvh_bins.c and bvh_spatial.c choose splits), then chooses what of it becomes slots of nodes of
+ * eight (bvh_fold.c), writes those (bvh_write.c), and puts their slots in order (bvh_order.c). Everything that is decided depends
+ * on the references alone, never on who works on them.
  */
 #ifndef RTI_BVH_BUILD_H
 #define RTI_BVH_BUILD_H
@@ -169,6 +169,10 @@ static inline void rti_bvh_bins_of(rti_f4 at, float last, int32_t out[4])
     rti_i4 bin = rti_f4_ints(rti_f4_min(rti_f4_max(at, rti_f4_set(0.0f)), rti_f4_set(last)));
     memcpy(out, &bin, sizeof bin);
 }
+
+/* Writes t->refs[0], of all primitives whose box is one, and the range of them; by tasks of `size` primitives (bvh_refs.c). Errors
+ * MEMORY, CANCELLED. */
+rt_status rti_bvh_make_refs(rti_bvh *t, uint32_t size, rti_bvh_range *root);
 
 /* What is compiled for each instruction set (bvh_bins.c); of bins that are as they are made and read there. */
 struct rti_bvh_kernels {

@@ -84,9 +84,9 @@ rt_status rti_desc_take(rt_context *ctx, const char *what, const void *desc, voi
 /* ---- threads (pool.c) ---- */
 
 #define RTI_PARALLEL_MOST 0x7fffffffu
-/* Runs task(data, i) for every i in [0, count), RTI_PARALLEL_MOST at most, on the context's workers (or the host's tasks) and returns when all are done. The
- * calling thread takes part. Nested calls are allowed and run without deadlock. Tasks get no order; results must not depend on
- * it. */
+/* Runs task(data, i) for every i in [0, count), RTI_PARALLEL_MOST at most, on the context's workers (or the host's tasks) and
+ * returns when all are done. The calling thread takes part. Nested calls are allowed and run without deadlock. Tasks get no order;
+ * results must not depend on it. */
 void rti_parallel(rt_context *ctx, uint32_t count, void (*task)(void *data, uint32_t index), void *data);
 
 /* Cancellation: builders and loops poll it. NULL means never. */

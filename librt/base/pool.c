@@ -27,7 +27,7 @@ typedef struct loop {
 /* Indices that go to one thread as long as it has any, [next, end), and to others then. So in loops over the same things, one
  * after the other, most of them stay in one processor's caches. */
 typedef struct share {
-    _Alignas(RTI_CACHE_LINE) atomic_uint next; /* more than end when all are taken */
+    _Alignas(RTI_CACHE_LINE) atomic_uint next; /* end or more when all are taken */
     uint32_t end;
 } share;
 

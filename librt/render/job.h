@@ -113,9 +113,9 @@ rt_status rti_job_run(rt_job *job);
  * false: it did not. */
 bool rti_job_run_here(rt_job *job);
 
-/* job_work.c. make_worker: so that it can begin; of one worker it is done with the job, of many each does it itself, whose memory may
- * be another processor's. work: the tree that the tracer needs, once; then worker `role` until its end, a cancel, or `until` (by rti_now; < 0:
- * never). */
+/* job_work.c. make_worker: so that it can begin; of one worker it is done with the job, of many each does it itself, for its memory
+ * may be another processor's. work: the tree that the tracer needs, once; then worker `role` until its end, a cancel, or `until`
+ * (by rti_now; < 0: never). */
 void rti_job_make_worker(rti_job_worker *w);
 void rti_job_work(rt_job *job, uint32_t role, double until);
 void rti_job_renew_share(rti_job_worker *w); /* the lock is held */
