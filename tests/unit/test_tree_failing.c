@@ -4,7 +4,9 @@
 #include <stddef.h>
 
 #include <cmocka.h>
+#include <pthread.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "support/generate.h"
 #include "support/rays.h"
@@ -18,7 +20,24 @@ typedef struct failing {
     long left; /* allocations until one fails; -1: none fails */
     long count;
     rti_cancel *cancel; /* asked for at the allocation where none is left; it does not fail then */
+    bool once, refused; /* once: no other fails then */
 } failing;
+
+static pthread_mutex_t many = PTHREAD_MUTEX_INITIALIZER; /* workers may allocate at a time */
+
+static bool fails(failing *f)
+{
+    bool now;
+    pthread_mutex_lock(&many);
+    f->count++;
+    now = f->left == 0;
+    f->left -= f->left > 0 || (now && f->once);
+    f->refused |= now;
+    pthread_mutex_unlock(&many);
+    if (now && f->cancel)
+        atomic_store(&f->cancel->asked, true);
+    return now && !f->cancel;
+}
 
 static void *failing_allocate(void *user, void *ptr, size_t old_size, size_t new_size)
 {
@@ -28,23 +47,16 @@ static void *failing_allocate(void *user, void *ptr, size_t old_size, size_t new
         free(ptr);
         return NULL;
     }
-    f->count++;
-    if (f->left == 0 && f->cancel)
-        atomic_store(&f->cancel->asked, true);
-    else if (f->left == 0)
-        return NULL;
-    if (f->left > 0)
-        f->left--;
-    return realloc(ptr, new_size);
+    return fails(f) ? NULL : realloc(ptr, new_size);
 }
 
-/* A context of one worker that allocates so, and what trees are built over. */
-static rt_context *open_failing(failing *f, test_mesh *m)
+/* A context that allocates so, and what trees are built over. */
+static rt_context *open_failing(failing *f, uint32_t workers, int count, test_mesh *m)
 {
     rt_context_desc d = rt_context_desc_default();
     rt_context *ctx;
-    test_mesh_soup(m, 3000, 0.1f, 42);
-    d.workers = 1;
+    test_mesh_soup(m, count, 0.1f, 42);
+    d.workers = workers;
     d.allocate = failing_allocate;
     d.allocate_user = f;
     assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
@@ -54,8 +66,8 @@ static rt_context *open_failing(failing *f, test_mesh *m)
 static void test_allocation_failure(void **state)
 {
     test_mesh m = {0};
-    failing f = {-1, 0, NULL};
-    rt_context *ctx = open_failing(&f, &m);
+    failing f = {.left = -1};
+    rt_context *ctx = open_failing(&f, 1, 3000, &m);
     rti_build_input in = test_input(&m);
     (void)state;
     for (int b = 0; b < TEST_BUILDERS; b++) {
@@ -83,13 +95,59 @@ static void test_allocation_failure(void **state)
     test_mesh_free(&m);
 }
 
+/* Some workers split large nodes together: where one is refused memory there is an error, or the tree that there is otherwise,
+ * for a few things go without. By turns one allocation fails, or all from one on. */
+static void test_many_workers(void **state)
+{
+    test_mesh m = {0};
+    failing f = {.left = -1};
+    rt_context *ctx = open_failing(&f, 4, 17000, &m); /* three shares */
+    rti_build_input in = test_input(&m);
+    (void)state;
+    for (int b = 0; b < TEST_BUILDERS; b++) {
+        rti_build_settings s = {.builder = test_builders[b]};
+        void *whole, *chunk;
+        size_t whole_size, size;
+        long refused = 0;
+        assert_int_equal(rti_tree_build(ctx, &in, &s, NULL, &whole, &whole_size), RT_OK);
+        ((rtk_tree_header *)whole)->build_seconds = 0.0f;
+        for (long n = 0;; n += 1 + n / (test_fewer() ? 2 : 8)) {
+            uint64_t before, after;
+            rt_context_memory(ctx, &before, NULL);
+            f.left = n;
+            f.once = n % 2 == 0;
+            f.refused = false;
+            rt_status status = rti_tree_build(ctx, &in, &s, NULL, &chunk, &size);
+            if (status == RT_OK) {
+                ((rtk_tree_header *)chunk)->build_seconds = 0.0f;
+                assert_int_equal(size, whole_size);
+                assert_memory_equal(chunk, whole, size);
+                rti_free(ctx, chunk, size);
+            } else {
+                assert_int_equal(status, RT_ERROR_MEMORY);
+                assert_null(chunk);
+                refused++;
+            }
+            rt_context_memory(ctx, &after, NULL);
+            assert_int_equal(before, after);
+            f.left = -1;
+            if (!f.refused)
+                break;
+        }
+        assert_true(refused > 5);
+        rti_free(ctx, whole, whole_size);
+    }
+    rt_context_destroy(ctx);
+    test_mesh_free(&m);
+}
+
 /* Cancelled before the build, and at every allocation of it. */
 static void test_cancel(void **state)
 {
     test_mesh m = {0};
     rti_cancel cancel;
-    failing f = {-1, 0, &cancel};
-    rt_context *ctx = open_failing(&f, &m);
+    failing f = {.left = -1, .cancel = &cancel};
+    rt_context *ctx = open_failing(&f, 1, 3000, &m);
     rti_build_input in = test_input(&m);
     (void)state;
     for (int b = 0; b < TEST_BUILDERS; b++) {
@@ -126,6 +184,7 @@ static void test_cancel(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_allocation_failure), cmocka_unit_test(test_cancel)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_allocation_failure), cmocka_unit_test(test_many_workers),
+                                       cmocka_unit_test(test_cancel)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
