@@ -179,21 +179,21 @@ static inline uint32_t bin_of(float x, float lo, float scale, float last)
 
 /* References of a node, every stride-th of them, `count` in all. ctx: NULL, or whose workers look at them, RTI_KD_SHARE a task.
  */
-typedef struct some {
+typedef struct slice {
     rt_context *ctx;
     const rti_build *b;
     const rti_ref *refs;
     uint32_t count, stride;
-} some;
+} slice;
 
-static uint32_t shares(const some *s)
+static uint32_t shares(const slice *s)
 {
     return s->ctx ? (s->count + RTI_KD_SHARE - 1) / RTI_KD_SHARE : 1;
 }
 
-static some share_of(const some *s, uint32_t index)
+static slice share_of(const slice *s, uint32_t index)
 {
-    some part = *s;
+    slice part = *s;
     part.ctx = NULL;
     part.refs += (size_t)index * RTI_KD_SHARE * s->stride;
     part.count = rtk_umin(s->count - index * RTI_KD_SHARE, RTI_KD_SHARE);
@@ -201,7 +201,7 @@ static some share_of(const some *s, uint32_t index)
 }
 
 /* false: cancelled, the counts are not complete. */
-static bool add_bins(const some *s, rti_kd_bins *n)
+static bool add_bins(const slice *s, rti_kd_bins *n)
 {
     const rti_kd_bin_kernels *kernels = rti_kd_bin_kernels_at(s->b->isa);
     for (uint32_t i = 0; i < s->count; i += 65536) {
@@ -213,20 +213,20 @@ static bool add_bins(const some *s, rti_kd_bins *n)
 }
 
 typedef struct bin_job {
-    const some *all;
+    const slice *all;
     rti_kd_bins *bins; /* [shares], empty */
 } bin_job;
 
 static void bin_task(void *data, uint32_t index)
 {
     const bin_job *job = data;
-    const some part = share_of(job->all, index);
+    const slice part = share_of(job->all, index);
     if (!rti_cancelled(part.b->cancel))
         add_bins(&part, &job->bins[index]);
 }
 
 /* As add_bins, to empty ones, by all workers. Without memory for it, by the caller. */
-static bool add_bins_together(const some *s, rti_kd_bins *n)
+static bool add_bins_together(const slice *s, rti_kd_bins *n)
 {
     const uint32_t tasks = shares(s);
     bin_job job = {s, tasks > 1 ? rti_alloc_array(s->ctx, tasks, sizeof *job.bins) : NULL};
@@ -246,7 +246,7 @@ static bool add_bins_together(const some *s, rti_kd_bins *n)
 }
 
 /* false: cancelled. */
-static bool fill_bins(const some *s, const measure m[3], rti_kd_bins *n)
+static bool fill_bins(const slice *s, const measure m[3], rti_kd_bins *n)
 {
     const uint32_t count = s->count;
     n->count = count < 64 ? 16 : (count < 1024 ? 32 : RTI_KD_BINS);
@@ -309,7 +309,7 @@ static void bound_bins(const measure m[3], const rti_kd_bins *n, uint32_t count,
 /* Where the best plane of each axis is looked for: in its bins that `wanted` marks. scratch: 3 * count floats an axis, or all in
  * one where they come one by one. */
 typedef struct refine_job {
-    const some *all;
+    const slice *all;
     const measure *m;
     const rti_kd_bins *n;
     const uint64_t *wanted;
@@ -329,7 +329,7 @@ static void gather_task(void *data, uint32_t index)
 {
     const gather_job *job = data;
     const refine_job *r = job->of;
-    const some part = job->tasks > 1 ? share_of(r->all, index) : *r->all;
+    const slice part = job->tasks > 1 ? share_of(r->all, index) : *r->all;
     const uint64_t wanted = r->wanted[job->axis];
     const float base = r->m[job->axis].lo, scale = r->n->scale[job->axis], last = r->n->last;
     float *los = job->los + (size_t)index * RTI_KD_SHARE, *his = job->his + (size_t)index * RTI_KD_SHARE;
@@ -392,7 +392,7 @@ static void refine_task(void *data, uint32_t axis)
 }
 
 /* The cheapest of the axes, of equal ones the first. */
-static void refine(const some *s, const measure m[3], const rti_kd_bins *n, const uint64_t wanted[3], float *scratch,
+static void refine(const slice *s, const measure m[3], const rti_kd_bins *n, const uint64_t wanted[3], float *scratch,
                    rti_kd_split *best)
 {
     rti_kd_split of[3] = {*best, *best, *best};
@@ -440,7 +440,7 @@ static void take_edge(const measure m[3], const rti_kd_bins *n, const bounds *s,
         *best = (rti_kd_split){s->edge, pos, axis, left, right};
 }
 
-static void split_binned(const some *all, const measure m[3], float *scratch, rti_kd_split *best)
+static void split_binned(const slice *all, const measure m[3], float *scratch, rti_kd_split *best)
 {
     const rti_build *b = all->b;
     rti_kd_bins n;
@@ -461,12 +461,12 @@ static void split_binned(const some *all, const measure m[3], float *scratch, rt
 
 /* How many references are on each side of a plane. */
 typedef struct side_job {
-    const some *all;
+    const slice *all;
     const rti_kd_split *plane;
     atomic_uint left, right;
 } side_job;
 
-static void count_sides(const some *s, side_job *job)
+static void count_sides(const slice *s, side_job *job)
 {
     const uint32_t axis = job->plane->axis;
     const float pos = job->plane->pos;
@@ -482,17 +482,17 @@ static void count_sides(const some *s, side_job *job)
 static void side_task(void *data, uint32_t index)
 {
     side_job *job = data;
-    const some part = share_of(job->all, index);
+    const slice part = share_of(job->all, index);
     count_sides(&part, job);
 }
 
 /* The plane that is cheapest for every stride-th reference, with the counts and the cost of all. false: what the sample says is
  * no split that pays. (Hunt, Mark, Stoll 2006 choose from samples of the cost; a sample of the primitives is as good for large
  * nodes, and one pass over the memory is saved a level.) */
-static bool split_sampled(const some *all, const measure m[3], float *scratch, rti_kd_split *best)
+static bool split_sampled(const slice *all, const measure m[3], float *scratch, rti_kd_split *best)
 {
     const uint32_t stride = all->count / SAMPLE;
-    const some sample = {NULL, all->b, all->refs, all->count / stride, stride};
+    const slice sample = {NULL, all->b, all->refs, all->count / stride, stride};
     rti_kd_split s = {all->b->cost_sought * (float)sample.count, 0.0f, 3, 0, 0};
     side_job job = {all, &s, 0, 0};
     split_binned(&sample, m, scratch, &s);
@@ -509,7 +509,7 @@ static bool split_sampled(const some *all, const measure m[3], float *scratch, r
 rti_kd_split rti_kd_find_split(rt_context *ctx, const rti_build *b, const rti_cell *cell, const rti_ref *refs, uint32_t count,
                                float *scratch)
 {
-    const some all = {count > RTI_KD_SHARE ? ctx : NULL, b, refs, count, 1};
+    const slice all = {count > RTI_KD_SHARE ? ctx : NULL, b, refs, count, 1};
     rti_kd_split best = {b->cost_sought * (float)count, 0.0f, 3, 0, 0}; /* a leaf's cost: what is dearer is no split */
     measure m[3];
     measure_cell(b, cell, m);

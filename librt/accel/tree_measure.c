@@ -1,8 +1,6 @@
 /* Statistics of finished trees. A large tree is opened from the root on until there are some hundreds of subtrees, a task each:
  * by one thread alone this took a tenth of a build by sixteen. What is summed, and in which order, depends on the tree alone.
  */
-#include <string.h>
-
 #include "build.h"
 
 #define LARGE 2048u /* nodes; a smaller tree is one task */

@@ -156,8 +156,9 @@ void rti_sleep(double seconds);
 /* malloc; a block of 2 MiB and more lies in huge pages where the system has them. The last of them may hold up to 2 MiB that
  * nobody asked for, a third of the block at most. For free and realloc. */
 void *rti_alloc_large(size_t size);
-/* Has the system give the huge pages of two such blocks now, a task each; a byte of each is overwritten. Of what workers will write
- * together: they would come to a page at once, and all clear one for it, of which but one is thrown away. */
+/* Has the system give the huge pages of two such blocks (the first a_size, b_size bytes of them) now, a task each; a byte of each is
+ * overwritten. Of what workers will write together: they would come to a page at once, and all clear one for it, of which but one is
+ * thrown away. Fewer than four workers seldom do, and nothing is done. */
 void rti_touch_large(rt_context *ctx, void *a, size_t a_size, void *b, size_t b_size);
 /* What stands in a block will be read for long: its pages that are small, as the memory was somebody's before, become huge ones now,
  * where the system can (Linux 6.1). Nothing else changes, whoever gave the memory. */

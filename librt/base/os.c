@@ -78,10 +78,10 @@ static void touch_page(void *data, uint32_t index)
 
 void rti_touch_large(rt_context *ctx, void *a, size_t a_size, void *b, size_t b_size)
 {
-    const touching t = {{a, b}, (a_size + HUGE_PAGE - 1) / HUGE_PAGE};
+    touching t = {{a, b}, (a_size + HUGE_PAGE - 1) / HUGE_PAGE};
     const size_t pages = t.pages + (b_size + HUGE_PAGE - 1) / HUGE_PAGE;
     if (rt_context_workers(ctx) >= FEW && pages > 2 && pages <= RTI_PARALLEL_MOST)
-        rti_parallel(ctx, (uint32_t)pages, touch_page, (void *)&t);
+        rti_parallel(ctx, (uint32_t)pages, touch_page, &t);
 }
 
 /* First line of a small file of the system, NUL-ended; false when it cannot be read. */

@@ -6,7 +6,6 @@
 #include <cmocka.h>
 #include <pthread.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "support/generate.h"
 #include "support/rays.h"
@@ -63,6 +62,19 @@ static rt_context *open_failing(failing *f, uint32_t workers, int count, test_me
     return ctx;
 }
 
+/* Behind a build that went well, or else gave `wanted`: nothing of it is left. */
+static void clear(rt_context *ctx, rt_status status, rt_status wanted, void *chunk, size_t size, uint64_t before)
+{
+    uint64_t after;
+    if (status != RT_OK) {
+        assert_int_equal(status, wanted);
+        assert_null(chunk);
+    }
+    rti_free(ctx, chunk, status == RT_OK ? size : 0);
+    rt_context_memory(ctx, &after, NULL);
+    assert_int_equal(before, after);
+}
+
 static void test_allocation_failure(void **state)
 {
     test_mesh m = {0};
@@ -73,22 +85,18 @@ static void test_allocation_failure(void **state)
     for (int b = 0; b < TEST_BUILDERS; b++) {
         rti_build_settings s = {.builder = test_builders[b]};
         for (long n = 0;; n += n < SOME + b ? 1 : STEP) {
-            uint64_t before, after;
+            uint64_t before;
             void *chunk;
             size_t size;
             rt_context_memory(ctx, &before, NULL);
             f.left = n;
             rt_status status = rti_tree_build(ctx, &in, &s, NULL, &chunk, &size);
             f.left = -1;
+            clear(ctx, status, RT_ERROR_MEMORY, chunk, size, before);
             if (status == RT_OK) {
-                rti_free(ctx, chunk, size);
                 assert_true(n > 10);
                 break;
             }
-            assert_int_equal(status, RT_ERROR_MEMORY);
-            assert_null(chunk);
-            rt_context_memory(ctx, &after, NULL);
-            assert_int_equal(before, after);
         }
     }
     rt_context_destroy(ctx);
@@ -112,7 +120,7 @@ static void test_many_workers(void **state)
         assert_int_equal(rti_tree_build(ctx, &in, &s, NULL, &whole, &whole_size), RT_OK);
         ((rtk_tree_header *)whole)->build_seconds = 0.0f;
         for (long n = 0;; n += 1 + n / (test_fewer() ? 2 : 8)) {
-            uint64_t before, after;
+            uint64_t before;
             rt_context_memory(ctx, &before, NULL);
             f.left = n;
             f.once = n % 2 == 0;
@@ -122,14 +130,9 @@ static void test_many_workers(void **state)
                 ((rtk_tree_header *)chunk)->build_seconds = 0.0f;
                 assert_int_equal(size, whole_size);
                 assert_memory_equal(chunk, whole, size);
-                rti_free(ctx, chunk, size);
-            } else {
-                assert_int_equal(status, RT_ERROR_MEMORY);
-                assert_null(chunk);
-                refused++;
             }
-            rt_context_memory(ctx, &after, NULL);
-            assert_int_equal(before, after);
+            clear(ctx, status, RT_ERROR_MEMORY, chunk, size, before);
+            refused += status != RT_OK;
             f.left = -1;
             if (!f.refused)
                 break;
@@ -154,7 +157,7 @@ static void test_cancel(void **state)
         rti_build_settings s = {.builder = test_builders[b]};
         long cancelled = 0;
         for (long n = 0;; n += n < SOME + b ? 1 : STEP) {
-            uint64_t before, after;
+            uint64_t before;
             void *chunk;
             size_t size;
             atomic_init(&cancel.asked, n == 0);
@@ -163,16 +166,10 @@ static void test_cancel(void **state)
             rt_status status = rti_tree_build(ctx, &in, &s, &cancel, &chunk, &size);
             bool asked = atomic_load(&cancel.asked);
             f.left = -1;
-            if (status == RT_OK) {
+            if (status == RT_OK)
                 assert_true(rti_tree_valid(chunk, size, m.count));
-                rti_free(ctx, chunk, size);
-            } else {
-                assert_int_equal(status, RT_ERROR_CANCELLED);
-                assert_null(chunk);
-                cancelled++;
-            }
-            rt_context_memory(ctx, &after, NULL);
-            assert_int_equal(before, after);
+            clear(ctx, status, RT_ERROR_CANCELLED, chunk, size, before);
+            cancelled += status != RT_OK;
             if (!asked)
                 break;
         }
