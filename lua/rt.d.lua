@@ -209,7 +209,7 @@ function Scene:tree_shape(query) end
 ---@return rt.buffer ids u32, three a piece: primitive, geometry, instance (0xffffffff: none)
 function Scene:cut(query) end
 
----What each ray costs: inner nodes and leaves visited, primitives tested (of a kd-tree: all that its leaves list).
+---What each ray costs: inner nodes and leaves visited, primitives tested (of a kd-tree or an octree: all that its leaves list).
 ---@param rays rt.buffer f32, eight numbers a ray: org, tmin, dir, tmax
 ---@param options? { tracer: string?, group: (integer|"all")?, blind: boolean? } group: that tree alone; blind: the rays see nothing and run through all
 ---@return { nodes: rt.buffer, leaves: rt.buffer, tests: rt.buffer }

@@ -50,15 +50,15 @@ static uint32_t kd_depth(uint32_t prim_count)
     return rtk_umin(8 + (13 * log2 + 9) / 10, 64);
 }
 
-/* Is it a kd-tree whose leaves are met four triangles at a time (kd_wide.c)? */
+/* Is it a tree of cells whose leaves are met four triangles at a time (cell_wide.c)? */
 static bool by_fours(const rti_build *b)
 {
-    return b->builder != RTI_BUILD_OCTREE && !rti_builds_bvh(b->builder) && b->in->tri_count > b->in->box_count;
+    return !rti_builds_bvh(b->builder) && b->in->tri_count > b->in->box_count;
 }
 
-/* What a primitive costs, in steps. A large leaf of triangles is a small tree of blocks itself (kd_leaf.c), of which a ray meets
- * a few: cells that are split further than for this list triangles more often. Of meshes, at a 16th batches are 1.13 times as
- * slow, single rays 1.03, and trees twice as large; below a 256th single rays are slower. */
+/* What a primitive costs, in steps. A large leaf of triangles is a small tree of blocks itself (cell_leaf.c), of which a ray
+ * meets a few: cells that are split further than for this list triangles more often. Of meshes, at a 16th batches are 1.13 times
+ * as slow, single rays 1.03, and trees twice as large; below a 256th single rays are slower. */
 static float intersect_cost(const rti_build *b)
 {
     return !by_fours(b) ? 1.0f : (b->in->box_count > 0 ? 0.25f : 0.0078125f);
@@ -68,6 +68,18 @@ static float intersect_cost(const rti_build *b)
  * that this one asks for are taken, too, where they part about as well as boxes, or better (kd_build.c). */
 #define SOUGHT 0.0625f
 
+/* What an octree's cell may list. Triangles become pieces, as a kd-tree's do: by 256 meshes are built in 1.1 to 1.7 times the
+ * time and batches are .84 to .97 as fast, for more triangles are listed more often; by 8 it takes six times as long, for half
+ * the speed. Balls are met by eights. */
+static uint32_t octree_leaf(const rti_build_input *in)
+{
+    if (in->box_count == 0)
+        return 1024;
+    if (in->tri_count > in->box_count)
+        return 16;
+    return in->balls && in->tri_count == 0 ? 32 : 8;
+}
+
 /* Depth and leaves by default; depth at most. */
 static void settle_sizes(rti_build *b, const rti_build_settings *s)
 {
@@ -76,7 +88,7 @@ static void settle_sizes(rti_build *b, const rti_build_settings *s)
     if (s->builder == RTI_BUILD_OCTREE) {
         depth = 16;
         most = RTK_OCT_DEPTH;
-        leaf = 8;
+        leaf = octree_leaf(b->in);
     } else if (rti_builds_bvh(s->builder)) {
         depth = most = RTK_BVH_DEPTH;
         leaf = b->in->tri_count > 0 ? 16 : (b->in->balls ? 8 : 4);
@@ -152,92 +164,6 @@ void rti_out_free(rt_context *ctx, rti_tree_out *out)
     memset(out, 0, sizeof *out);
 }
 
-/* Node indices of a part count from its own root, which goes to the slot; its other nodes move up by `nodes` - 1. */
-static void move_kd(rtk_kdnode *node, uint32_t nodes, uint32_t refs)
-{
-    if ((node->b & 3u) == RTK_KD_LEAF)
-        node->a += refs;
-    else
-        node->b += (nodes - 1) << 2;
-}
-
-static void move_oct(rtk_octnode *node, uint32_t nodes, uint32_t refs)
-{
-    if (node->child == 0)
-        node->first += refs;
-    else
-        node->child += nodes - 1;
-}
-
-static void place_part(uint32_t kind, const rti_tree_part *part, void *nodes, uint32_t node_base, uint32_t *refs,
-                       uint32_t ref_base)
-{
-    const rti_tree_out *out = &part->out;
-    size_t size = out->node_size;
-    char *to = nodes;
-    memcpy(to + part->slot * size, out->nodes, size);
-    memcpy(to + node_base * size, (const char *)out->nodes + size, (out->node_count - 1) * size);
-    if (out->ref_count > 0)
-        memcpy(refs + ref_base, out->refs, out->ref_count * sizeof *refs);
-    for (size_t i = 0; i < out->node_count; i++) {
-        char *node = i == 0 ? to + part->slot * size : to + (node_base + i - 1) * size;
-        if (kind == RTK_TREE_KD)
-            move_kd((rtk_kdnode *)node, node_base, ref_base);
-        else
-            move_oct((rtk_octnode *)node, node_base, ref_base);
-    }
-}
-
-static void write_header(const rti_build *b, uint32_t kind, size_t nodes, size_t refs, rtk_tree_header *h)
-{
-    h->kind = kind;
-    h->node_count = (uint32_t)nodes;
-    h->ref_count = (uint32_t)refs;
-    memcpy(h->lo, b->root.lo, sizeof h->lo);
-    memcpy(h->hi, b->root.hi, sizeof h->hi);
-    h->prim_count = b->prim_count;
-    h->cost_traverse = b->cost_traverse;
-    h->cost_intersect = b->cost_intersect;
-    h->empty_bonus = b->empty_bonus;
-    h->max_depth = b->max_depth;
-    h->flags = b->builder;
-}
-
-rt_status rti_chunk_make(rt_context *ctx, const rti_build *b, uint32_t kind, const rti_tree_out *top, const rti_tree_part *parts,
-                         uint32_t part_count, double start, void **chunk, size_t *size)
-{
-    size_t nodes = top->node_count, refs = 0, off_nodes, off_refs;
-    for (uint32_t i = 0; i < part_count; i++) {
-        nodes += parts[i].out.node_count - 1;
-        refs += parts[i].out.ref_count;
-    }
-    if (nodes > RTI_NODE_MAX || refs > RTI_REF_MAX)
-        return RT_ERROR_MEMORY;
-    off_nodes = (sizeof(rtk_tree_header) + 63) & ~(size_t)63;
-    off_refs = (off_nodes + nodes * top->node_size + 63) & ~(size_t)63;
-    *size = off_refs + refs * sizeof(uint32_t);
-    char *bytes = rti_alloc_zero(ctx, *size);
-    if (!bytes)
-        return RT_ERROR_MEMORY;
-    rtk_tree_header *h = (rtk_tree_header *)bytes;
-    write_header(b, kind, nodes, refs, h);
-    h->off_nodes = off_nodes;
-    h->off_refs = off_refs;
-    memcpy(bytes + off_nodes, top->nodes, top->node_count * top->node_size);
-    nodes = top->node_count;
-    refs = 0;
-    for (uint32_t i = 0; i < part_count; i++) {
-        place_part(kind, &parts[i], bytes + off_nodes, (uint32_t)nodes, (uint32_t *)(void *)(bytes + off_refs), (uint32_t)refs);
-        nodes += parts[i].out.node_count - 1;
-        refs += parts[i].out.ref_count;
-    }
-    if (kind != RTK_TREE_KD) /* whose nodes are not yet what they will be */
-        rti_tree_measure(ctx, h);
-    h->build_seconds = (float)(rti_now() - start);
-    *chunk = bytes;
-    return RT_OK;
-}
-
 rt_status rti_tree_build(rt_context *ctx, const rti_build_input *input, const rti_build_settings *settings, rti_cancel *cancel,
                          void **chunk, size_t *size)
 {
@@ -268,9 +194,20 @@ rt_status rti_tree_build(rt_context *ctx, const rti_build_input *input, const rt
     return status;
 }
 
+/* Of an octree, by how many references it may have and how few a leaf: empty cells, seven of eight where all that is listed is in
+ * one, take as much as others. */
+static uint32_t octree_memory(const rti_build *b)
+{
+    if (b->duplication > 16.0f)
+        return b->leaf_size < 8 ? 15000 : 5200;
+    if (b->leaf_size < 8)
+        return 3800;
+    return b->leaf_size < 512 ? 1500 : 800;
+}
+
 /* Measured on the meshes of the benchmarks and on soups, in bytes a primitive at the peak: 100 to 350 for the kd-tree as it
- * comes, up to 1,400 of needles that lie across each other; up to 4,200 for one that splits whenever it can; up to 400 for the
- * octree, 480 for one of small leaves. */
+ * comes, up to 1,400 of needles that lie across each other; up to 4,200 for one that splits whenever it can; 120 to 170 for the
+ * octree as it comes, up to 720 of needles, and 1,440 for one of small leaves. */
 uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_settings *settings)
 {
     uint64_t n = (uint64_t)input->tri_count + input->box_count;
@@ -279,6 +216,6 @@ uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_set
     if (rti_builds_bvh(b.builder))
         return 16384 + (uint64_t)((double)n * 260.0 * (b.builder == RTI_BUILD_BVH_SPATIAL ? b.duplication : 1.0f));
     if (b.builder == RTI_BUILD_OCTREE)
-        return 16384 + n * (b.duplication > 16.0f || b.leaf_size < 8 ? 520 : 420);
+        return 16384 + n * octree_memory(&b);
     return 16384 + n * (b.duplication > 16.0f || b.leaf_size < 4 || b.cost_intersect > 0.25f * b.cost_traverse ? 4500 : 1400);
 }

@@ -82,15 +82,6 @@ bool rti_out_refs(rt_context *ctx, rti_tree_out *out, const rti_ref *refs, const
                   uint32_t *first);
 void rti_out_free(rt_context *ctx, rti_tree_out *out);
 
-/* One part of a tree: its root stands in the top's node `slot`, the rest is appended. */
-typedef struct rti_tree_part {
-    rti_tree_out out;
-    uint32_t slot;
-} rti_tree_part;
-/* Stitches the top and its parts into a chunk and writes its header with all statistics. start: rti_now() when the build began.
- */
-rt_status rti_chunk_make(rt_context *ctx, const rti_build *b, uint32_t kind, const rti_tree_out *top, const rti_tree_part *parts,
-                         uint32_t part_count, double start, void **chunk, size_t *size);
 /* Fills in the statistics of a header whose nodes are in place (tree_measure.c), by tasks of the context. */
 void rti_tree_measure(rt_context *ctx, rtk_tree_header *header);
 
@@ -107,7 +98,14 @@ typedef struct rti_kd_split {
 rti_kd_split rti_kd_find_split(rt_context *ctx, const rti_build *b, const rti_cell *cell, const rti_ref *refs, uint32_t count,
                                float *scratch);
 
-/* ---- the frame of all builders (top.c) ---- */
+/* ---- the frame of the builders of cells (top.c) ---- */
+
+/* A node of a tree of cells that have two children each: a kd-tree while it is built, or what an octree is read as. lo, hi: of a
+ * leaf, around what it lists, as references have it: grown and cut to the cell. */
+typedef struct rti_cell_node {
+    rtk_kdnode node;
+    float lo[3], hi[3];
+} rti_cell_node;
 
 /* A node to be built. budget: references its subtree may come to; a split that needs more is not made. */
 typedef struct rti_item {
@@ -128,9 +126,10 @@ typedef struct rti_open {
     rt_status status;
 } rti_open;
 
+/* Nodes while they are built begin with what the chunk has of them. */
 typedef struct rti_method {
-    uint32_t kind; /* RTK_TREE_* */
-    size_t node_size;
+    uint32_t kind;               /* RTK_TREE_* */
+    size_t node_size, kept_size; /* of a node while it is built, and in the chunk */
     uint32_t child_count;
     /* Splits a large node: leaf, or children and their references. On an error what was allocated is left in the node. */
     rt_status (*split)(rt_context *ctx, const rti_build *b, rti_open *o);
@@ -138,20 +137,19 @@ typedef struct rti_method {
     /* Builds a part whose references are `refs` (of `capacity`), which it frees. */
     rt_status (*part)(rt_context *ctx, const rti_build *b, const rti_item *root, rti_ref *refs, size_t capacity,
                       rti_tree_out *out);
+    /* Moves where a leaf's references, or an inner node's children, are. */
+    void (*move)(void *node, uint32_t nodes, uint32_t refs);
+    /* The tree as cells of two children, cell_count(nodes) of them; false: cancelled. NULL: its nodes are such cells. */
+    uint64_t (*cell_count)(size_t nodes);
+    bool (*write_cells)(const rti_build *b, const rti_tree_out *tree, rti_cell_node *cells);
 } rti_method;
 
+/* A tree by a method, with nodes of eight. */
 rt_status rti_top_build(rt_context *ctx, const rti_build *b, const rti_method *method, double start, void **chunk, size_t *size);
-
-/* A node of a kd-tree that is being built. lo, hi: of a leaf, around what it lists, as references have it: grown and cut to the
- * cell. */
-typedef struct rti_kd_node {
-    rtk_kdnode node;
-    float lo[3], hi[3];
-} rti_kd_node;
-
-/* Makes of a chunk of rti_kd_node, whose statistics are not filled in, one of rtk_kdnode that has leaves in blocks and boxes by
- * eights as well (kd_wide.c). */
-rt_status rti_kd_widen(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
+/* The chunk of a tree whose nodes and references all stand in `tree`: those, and its leaves in blocks and boxes by eights
+ * (cell_wide.c). start: rti_now() when the build began. */
+rt_status rti_cell_widen(rt_context *ctx, const rti_build *b, const rti_method *method, const rti_tree_out *tree, double start,
+                         void **chunk, size_t *size);
 rt_status rti_kd_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
 rt_status rti_octree_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);
 rt_status rti_bvh_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size);

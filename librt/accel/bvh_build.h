@@ -39,7 +39,7 @@ static inline void rti_bvh_extend(rti_bvh_box *b, rti_bvh_box by)
 }
 
 /* A node of the binary tree. count > 0: a leaf, `child` its first entry in order[]; else child and child + 1 are its children, or
- * where child is 0 nothing is listed below (in a kd-tree). */
+ * where child is 0 nothing is listed below (of cells). */
 typedef struct rti_bvh_node {
     float lo[3];
     uint32_t child;
@@ -91,9 +91,10 @@ typedef struct rti_bvh {
     bool balls;              /* all there is are shapes, and spheres among them */
     uint32_t depth;          /* levels of nodes of eight, at most */
     float grow;              /* of the boxes that are written */
-    const rti_kd_node *kd;   /* the tree is a kd-tree of kd_count nodes, the first of `nodes`; NULL: a BVH */
-    const uint32_t *kd_refs; /* of its leaves, without their pieces */
-    uint32_t kd_count, kd_ref_count;
+    const rti_tree_out *own; /* the nodes and references of a tree of cells, by `method`; NULL: a BVH */
+    const rti_method *method;
+    const rti_cell_node *cells; /* that tree with two children each: cell_count nodes, the first of `nodes` */
+    uint32_t cell_count;
     uint32_t most;             /* references of a leaf */
     uint32_t together;         /* 1 << this: references that cost as much as one, */
     float leaf_cost;           /* namely so much, in areas */
@@ -238,10 +239,11 @@ typedef struct rti_bvh_leaves {
 } rti_bvh_leaves;
 uint32_t rti_bvh_next_leaf(const rti_bvh *t, const uint32_t *cuts, rti_bvh_leaves *at);
 
-/* Makes t->nodes and t->order of a kd-tree, which `t` has, its large leaves cut into pieces (kd_leaf.c): their nodes are behind
- * the kd_count, and of the others the boxes of leaves alone are set. The caller frees both, node_capacity and kd_ref_count long.
+/* Makes t->nodes and t->order of a tree of cells, which `t` has, its large leaves cut into pieces (cell_leaf.c): their nodes are
+ * behind the cell_count, and of the others the boxes of leaves alone are set. The caller frees both, node_capacity and
+ * own->ref_count long.
  * Works by tasks of the context. Errors MEMORY, CANCELLED. */
-rt_status rti_kd_cut_leaves(rti_bvh *t);
+rt_status rti_cells_cut(rti_bvh *t);
 
 /* Folds the binary tree into a chunk. root: its node; RTK_INVALID: there is nothing in it. The references' block is taken for it,
  * or freed. */

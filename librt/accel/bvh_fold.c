@@ -19,7 +19,7 @@
 
 _Static_assert(SLOTS == 8, "a cut has three bits, and two vectors hold costs");
 
-/* Of a subtree. count 0: there is nothing in it (of a kd-tree). */
+/* Of a subtree. count 0: there is nothing in it (of cells). */
 typedef struct value {
     float cost[SLOTS]; /* in at most 1 ... 8 slots */
     uint32_t count;    /* references */
@@ -66,7 +66,7 @@ static value leaf_value(const rti_bvh *t, uint32_t node)
     const float cost = n->count > 0 ? rti_bvh_leaf_total(t, area_of(t, node), n->count) : 0.0f;
     for (uint32_t i = 0; i < SLOTS; i++)
         v.cost[i] = cost;
-    const uint32_t look = rtk_umin(n->count, t->kd && t->b->in->box_count > 0 ? n->count : 1); /* a BVH's are of one kind */
+    const uint32_t look = rtk_umin(n->count, t->own && t->b->in->box_count > 0 ? n->count : 1); /* a BVH's are of one kind */
     for (uint32_t i = 0; i < look; i++) {
         const bool tri = t->order[n->child + i] < t->b->in->tri_count;
         v.tris |= tri;
@@ -254,12 +254,12 @@ static bool is_empty(const rti_bvh_node *n)
     return n->count == 0 && n->child == 0;
 }
 
-/* What stands in a node's place in a slot: of a kd-tree, the first below it with something in both children, or a leaf. */
+/* What stands in a node's place in a slot: of cells, the first below it with something in both children, or a leaf. */
 static uint32_t pass_empty(const rti_bvh *t, uint32_t node)
 {
     for (;;) {
         const rti_bvh_node *n = &t->nodes[node];
-        if (!t->kd || n->count > 0)
+        if (!t->own || n->count > 0)
             return node;
         if (is_empty(&t->nodes[n->child]))
             node = n->child + 1;
@@ -310,7 +310,7 @@ uint32_t rti_bvh_next_leaf(const rti_bvh *t, const uint32_t *cuts, rti_bvh_leave
             return node;
         if (n->child == 0)
             continue;
-        if (t->kd && (is_empty(&t->nodes[n->child]) || is_empty(&t->nodes[n->child + 1]))) {
+        if (t->own && (is_empty(&t->nodes[n->child]) || is_empty(&t->nodes[n->child + 1]))) {
             at->wait[at->count++] = pass_empty(t, node);
             continue;
         }

@@ -1,6 +1,6 @@
-/* From the binary tree, a BVH's or a kd-tree's, to a chunk of nodes of eight, whose slots bvh_fold.c chose. Subtrees that lie in
- * one part are a task each, which goes over its subtree twice: to count, then to write where the sums of the counts say. Of a
- * kd-tree the chunk holds its own nodes, too, and behind all other references those of its leaves.
+/* From the binary tree, a BVH's or one of cells, to a chunk of nodes of eight, whose slots bvh_fold.c chose. Subtrees that lie in
+ * one part are a task each, which goes over its subtree twice: to count, then to write where the sums of the counts say. Of
+ * cells the chunk holds the tree's own nodes, too, and behind all other references those of its leaves.
  */
 #include <string.h>
 
@@ -56,7 +56,7 @@ static uint32_t merge(const writer *w, uint32_t node, uint32_t to[RTI_BVH_MERGED
     while ((part = rti_bvh_next_leaf(t, w->cuts, &at)) != RTK_INVALID) {
         const rti_bvh_node *n = &t->nodes[part];
         for (uint32_t i = 0; i < n->count; i++) {
-            uint32_t same = t->spatial || t->kd ? 0 : count;
+            uint32_t same = t->spatial || t->own ? 0 : count;
             while (same < count && to[same] != t->order[n->child + i])
                 same++;
             if (same == count)
@@ -113,7 +113,7 @@ static void put_lanes(const writer *w, const uint32_t *prims, uint32_t count, ui
 /* A leaf of triangles alone; that of a BVH holds one kind of primitives. */
 static bool in_blocks(const rti_bvh *t, leaf l)
 {
-    const uint32_t look = t->b->in->box_count == 0 ? 0 : (t->kd ? l.count : 1);
+    const uint32_t look = t->b->in->box_count == 0 ? 0 : (t->own ? l.count : 1);
     if (!t->blocks || l.count == 0)
         return false;
     for (uint32_t i = 0; i < look; i++)
@@ -327,20 +327,30 @@ static size_t aligned(size_t size)
     return (size + 63) & ~(size_t)63;
 }
 
-/* The chunk: header, nodes of a kd-tree, nodes of eight, blocks, references, balls, each from a multiple of 64 on. */
+static uint32_t own_refs(const rti_bvh *t)
+{
+    return t->own ? (uint32_t)t->own->ref_count : 0;
+}
+
+static size_t own_size(const rti_bvh *t)
+{
+    return t->own ? aligned(t->own->node_count * t->method->kept_size) : 0;
+}
+
+/* The chunk: header, nodes of a tree of cells, nodes of eight, blocks, references, balls, each from a multiple of 64 on. */
 static void write_header(const rti_bvh *t, const totals *sum, rtk_tree_header *h)
 {
     const rti_build *b = t->b;
     uint64_t wide;
     memset(h, 0, aligned(sizeof *h));
-    h->kind = t->kd ? RTK_TREE_KD : RTK_TREE_BVH;
-    h->node_count = t->kd ? t->kd_count : sum->nodes;
-    h->wide_count = t->kd ? sum->nodes : 0;
-    h->ref_count = sum->blocks * RTK_BVH_BLOCK + sum->plain + t->kd_ref_count;
+    h->kind = t->own ? t->method->kind : RTK_TREE_BVH;
+    h->node_count = t->own ? (uint32_t)t->own->node_count : sum->nodes;
+    h->wide_count = t->own ? sum->nodes : 0;
+    h->ref_count = sum->blocks * RTK_BVH_BLOCK + sum->plain + own_refs(t);
     h->block_count = sum->blocks;
-    h->filler_count = t->kd ? h->ref_count - t->kd_ref_count : sum->filler;
-    memcpy(h->lo, b->in->lo, sizeof h->lo);
-    memcpy(h->hi, b->in->hi, sizeof h->hi);
+    h->filler_count = t->own ? h->ref_count - own_refs(t) : sum->filler;
+    memcpy(h->lo, b->root.lo, sizeof h->lo);
+    memcpy(h->hi, b->root.hi, sizeof h->hi);
     h->prim_count = b->prim_count;
     h->cost_traverse = b->cost_traverse;
     h->cost_intersect = b->cost_intersect;
@@ -348,8 +358,8 @@ static void write_header(const rti_bvh *t, const totals *sum, rtk_tree_header *h
     h->max_depth = b->max_depth;
     h->flags = b->builder;
     h->off_nodes = aligned(sizeof *h);
-    wide = h->off_nodes + (t->kd ? aligned(t->kd_count * sizeof *t->kd) : 0);
-    h->off_wide = t->kd ? wide : 0;
+    wide = h->off_nodes + own_size(t);
+    h->off_wide = t->own ? wide : 0;
     h->off_blocks = sum->blocks ? wide + sum->nodes * sizeof(rtk_bvhnode) : 0;
     h->off_refs = aligned(wide + sum->nodes * sizeof(rtk_bvhnode) + sum->blocks * sizeof(rtk_bvhblock));
     if (b->in->balls && sum->plain > 0) {
@@ -358,17 +368,18 @@ static void write_header(const rti_bvh *t, const totals *sum, rtk_tree_header *h
     }
 }
 
-/* A kd-tree's own nodes, before `end`, and its references, at refs + first. */
-static void put_kd(const rti_bvh *t, char *bytes, char *end, uint32_t *refs, uint32_t first)
+/* The own nodes of a tree of cells, before `end`, and its references, at refs + first. */
+static void put_own(const rti_bvh *t, char *bytes, char *end, uint32_t *refs, uint32_t first)
 {
-    rtk_kdnode *kd = (rtk_kdnode *)(void *)(bytes + aligned(sizeof(rtk_tree_header)));
-    for (uint32_t i = 0; i < t->kd_count; i++) {
-        kd[i] = t->kd[i].node;
-        if ((kd[i].b & 3u) == RTK_KD_LEAF)
-            kd[i].a += first;
+    const rti_tree_out *own = t->own;
+    const size_t size = t->method->kept_size;
+    char *to = bytes + aligned(sizeof(rtk_tree_header));
+    for (size_t i = 0; i < own->node_count; i++, to += size) {
+        memcpy(to, (const char *)own->nodes + i * own->node_size, size);
+        t->method->move(to, 0, first);
     }
-    memset(kd + t->kd_count, 0, (size_t)(end - (char *)(kd + t->kd_count)));
-    memcpy(refs + first, t->kd_refs, t->kd_ref_count * sizeof *refs);
+    memset(to, 0, (size_t)(end - to));
+    memcpy(refs + first, own->refs, own->ref_count * sizeof *refs);
 }
 
 /* Memory that was not touched yet is cleared by the system first, page by page: so it is spared where it can be. */
@@ -385,9 +396,9 @@ static char *chunk_room(writer *w, size_t size)
 static char *make_chunk(writer *w, const totals *sum, size_t *size)
 {
     const rti_bvh *t = w->t;
-    size_t wide = aligned(sizeof(rtk_tree_header)) + (t->kd ? aligned(t->kd_count * sizeof *t->kd) : 0);
+    size_t wide = aligned(sizeof(rtk_tree_header)) + own_size(t);
     size_t end = wide + sum->nodes * sizeof(rtk_bvhnode) + sum->blocks * sizeof(rtk_bvhblock);
-    const uint64_t own = (uint64_t)sum->blocks * RTK_BVH_BLOCK + sum->plain, refs = own + t->kd_ref_count;
+    const uint64_t own = (uint64_t)sum->blocks * RTK_BVH_BLOCK + sum->plain, refs = own + own_refs(t);
     char *bytes;
     *size = aligned(end) + refs * sizeof(uint32_t);
     if (t->b->in->balls && sum->plain > 0)
@@ -399,8 +410,8 @@ static char *make_chunk(writer *w, const totals *sum, size_t *size)
     w->nodes = (rtk_bvhnode *)(void *)(bytes + wide);
     w->blocks = (rtk_bvhblock *)(void *)(w->nodes + sum->nodes);
     w->refs = (uint32_t *)(void *)(bytes + aligned(end));
-    if (t->kd)
-        put_kd(t, bytes, bytes + wide, w->refs, (uint32_t)own);
+    if (t->own)
+        put_own(t, bytes, bytes + wide, w->refs, (uint32_t)own);
     memset(w->refs + refs, 0, (size_t)(bytes + *size - (char *)(w->refs + refs)));
     memset(bytes + end, 0, aligned(end) - end);
     return bytes;
@@ -430,7 +441,7 @@ static bool too_large(const rti_bvh *t, const totals *sum)
 {
     uint64_t bytes = (uint64_t)sum->nodes * sizeof(rtk_bvhnode) + sum->plain * sizeof(uint32_t) +
                      (uint64_t)sum->blocks * (sizeof(rtk_bvhblock) + RTK_BVH_BLOCK * sizeof(uint32_t));
-    return t->b->in->tri_count > 0 && !t->spatial && !t->kd && bytes > (t->blocks ? 60u : 34u) * (uint64_t)t->b->prim_count;
+    return t->b->in->tri_count > 0 && !t->spatial && !t->own && bytes > (t->blocks ? 60u : 34u) * (uint64_t)t->b->prim_count;
 }
 
 /* Where a node costs so many times a primitive's share of the root's area, no other costs count. */

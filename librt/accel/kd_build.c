@@ -49,7 +49,7 @@ static void make_children(const rti_item *it, const rti_kd_split *split, const u
     out[0].cell.hi[split->axis] = out[1].cell.lo[split->axis] = split->pos;
 }
 
-static void write_split(rti_kd_node *node, const rti_kd_split *split, uint32_t child)
+static void write_split(rti_cell_node *node, const rti_kd_split *split, uint32_t child)
 {
     node->node.a = rtk_bits(split->pos);
     node->node.b = child << 2 | split->axis;
@@ -110,7 +110,7 @@ static bool write_leaf(worker *w, const rti_item *it)
     w->top -= it->count;
     if (!rti_out_refs(w->ctx, w->out, w->stack + w->top, NULL, it->count, &first))
         return false;
-    rti_kd_node *node = (rti_kd_node *)w->out->nodes + it->node;
+    rti_cell_node *node = (rti_cell_node *)w->out->nodes + it->node;
     node->node.a = first;
     node->node.b = it->count << 2 | RTK_KD_LEAF;
     for (int a = 0; a < 3; a++) {
@@ -163,7 +163,7 @@ static rt_status build_part(worker *w, const rti_item *root)
         size_t child = rti_out_nodes(w->ctx, w->out, 2);
         if (child == SIZE_MAX || !partition(w, &it, &split, children))
             return RT_ERROR_MEMORY;
-        write_split((rti_kd_node *)w->out->nodes + it.node, &split, (uint32_t)child);
+        write_split((rti_cell_node *)w->out->nodes + it.node, &split, (uint32_t)child);
         for (uint32_t i = 2; i-- > 0;) {
             children[i].node = (uint32_t)child + i;
             todo[todo_count++] = children[i];
@@ -295,9 +295,24 @@ static void kd_write(void *node, const rti_open *o, uint32_t child)
     write_split(node, &o->split, child);
 }
 
+static void kd_move(void *node, uint32_t nodes, uint32_t refs)
+{
+    rtk_kdnode *n = node;
+    if ((n->b & 3u) == RTK_KD_LEAF)
+        n->a += refs;
+    else
+        n->b += nodes << 2;
+}
+
 rt_status rti_kd_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size)
 {
-    static const rti_method method = {RTK_TREE_KD, sizeof(rti_kd_node), 2, kd_split, kd_write, kd_part};
-    rt_status status = rti_top_build(ctx, b, &method, start, chunk, size);
-    return status == RT_OK ? rti_kd_widen(ctx, b, start, chunk, size) : status;
+    static const rti_method method = {.kind = RTK_TREE_KD,
+                                      .node_size = sizeof(rti_cell_node),
+                                      .kept_size = sizeof(rtk_kdnode),
+                                      .child_count = 2,
+                                      .split = kd_split,
+                                      .write_inner = kd_write,
+                                      .part = kd_part,
+                                      .move = kd_move};
+    return rti_top_build(ctx, b, &method, start, chunk, size);
 }

@@ -3,9 +3,16 @@
 #include <string.h>
 
 #include "octree_build.h"
+#include "vectors.h"
 
 #define STACK_MAX (7u * RTK_OCT_DEPTH + 8u)
-#define AT_ONCE   65536u /* references between two looks at whether the build is cancelled */
+/* lo, hi: of a leaf, as of an rti_cell_node. */
+typedef struct oct_node {
+    rtk_octnode node;
+    float lo[3], hi[3];
+} oct_node;
+
+#define AT_ONCE 65536u /* references between two looks at whether the build is cancelled */
 
 RTI_ISA_TABLES(rti_octree_kernels, rti_octree_kernels_at)
 
@@ -91,15 +98,32 @@ static const uint32_t *stacked(const worker *w, size_t place)
     return w->stack ? w->stack + place : NULL;
 }
 
+/* The box around what a leaf lists, whose references are at the top of the stack, just taken off. */
+static void around(const worker *w, const rti_item *it, oct_node *n)
+{
+    const uint32_t *which = stacked(w, w->top);
+    rti_f4 lo = rti_f4_set(RTK_INF), hi = rti_f4_set(-RTK_INF);
+    for (uint32_t i = 0; i < it->count; i++) {
+        const rti_ref *ref = &w->refs[which ? which[i] : i];
+        lo = rti_f4_min(rti_f4_load(ref->lo), lo);
+        hi = rti_f4_max(rti_f4_load(ref->hi), hi);
+    }
+    for (int a = 0; a < 3; a++) {
+        n->lo[a] = rtk_max(lo[a], it->cell.lo[a]);
+        n->hi[a] = rtk_min(hi[a], it->cell.hi[a]);
+    }
+}
+
 static bool write_leaf(worker *w, const rti_item *it)
 {
     uint32_t first;
     w->top -= it->count;
     if (!rti_out_refs(w->ctx, w->out, w->refs, stacked(w, w->top), it->count, &first))
         return false;
-    rtk_octnode *node = (rtk_octnode *)w->out->nodes + it->node;
-    node->first = first;
-    node->count = it->count;
+    oct_node *n = (oct_node *)w->out->nodes + it->node;
+    n->node.first = first;
+    n->node.count = it->count;
+    around(w, it, n);
     return true;
 }
 
@@ -142,7 +166,7 @@ static rt_status build_part(worker *w, const rti_item *root)
         size_t child = rti_out_nodes(w->ctx, w->out, 8);
         if (child == SIZE_MAX || !partition(w, &it, counts))
             return RT_ERROR_MEMORY;
-        ((rtk_octnode *)w->out->nodes)[it.node].child = (uint32_t)child;
+        ((oct_node *)w->out->nodes)[it.node].node.child = (uint32_t)child;
         for (uint32_t c = 8; c-- > 0; todo_count++) {
             make_child(&it, &cells[c], counts[c], sum_of(counts), &todo[todo_count]);
             todo[todo_count].node = (uint32_t)child + c;
@@ -208,8 +232,75 @@ static void octree_write(void *node, const rti_open *o, uint32_t child)
     ((rtk_octnode *)node)->child = child;
 }
 
+static void octree_move(void *node, uint32_t nodes, uint32_t refs)
+{
+    rtk_octnode *n = node;
+    if (n->child == 0)
+        n->first += refs;
+    else
+        n->child += nodes;
+}
+
+/* ---- as cells of two children ----------------------------------------------------------------------------------------------
+ *
+ * An inner node's children stand side by side, from 1 + 8 k on: they become two cells by z, four by y and eight by x, from
+ * 1 + CELLS k on in this order.
+ */
+
+#define CELLS 14u
+
+static uint64_t octree_cell_count(size_t nodes)
+{
+    return 1 + (uint64_t)(nodes - 1) / 8 * CELLS;
+}
+
+static void write_inner(rti_cell_node *cell, uint32_t child, uint32_t axis)
+{
+    cell->node.a = 0; /* where it is split is of no matter */
+    cell->node.b = child << 2 | axis;
+}
+
+static void write_cell(const oct_node *n, rti_cell_node *cell)
+{
+    memcpy(cell->lo, n->lo, sizeof cell->lo);
+    memcpy(cell->hi, n->hi, sizeof cell->hi);
+    if (n->node.child != 0) {
+        write_inner(cell, 1 + (n->node.child - 1) / 8 * CELLS, 2);
+        return;
+    }
+    cell->node.a = n->node.first;
+    cell->node.b = n->node.count << 2 | RTK_KD_LEAF;
+}
+
+static bool octree_write_cells(const rti_build *b, const rti_tree_out *tree, rti_cell_node *cells)
+{
+    const oct_node *nodes = tree->nodes;
+    write_cell(nodes, cells);
+    for (uint32_t k = 0; k < (tree->node_count - 1) / 8; k++) {
+        const uint32_t first = 1 + CELLS * k;
+        if (k % 4096 == 4095 && rti_cancelled(b->cancel))
+            return false;
+        for (uint32_t z = 0; z < 2; z++)
+            write_inner(&cells[first + z], first + 2 + 2 * z, 1);
+        for (uint32_t y = 0; y < 4; y++)
+            write_inner(&cells[first + 2 + y], first + 6 + 2 * y, 0);
+        for (uint32_t x = 0; x < 8; x++)
+            write_cell(&nodes[1 + 8 * k + x], &cells[first + 6 + x]);
+    }
+    return true;
+}
+
 rt_status rti_octree_build(rt_context *ctx, const rti_build *b, double start, void **chunk, size_t *size)
 {
-    static const rti_method method = {RTK_TREE_OCTREE, sizeof(rtk_octnode), 8, octree_split, octree_write, octree_part};
+    static const rti_method method = {.kind = RTK_TREE_OCTREE,
+                                      .node_size = sizeof(oct_node),
+                                      .kept_size = sizeof(rtk_octnode),
+                                      .child_count = 8,
+                                      .split = octree_split,
+                                      .write_inner = octree_write,
+                                      .part = octree_part,
+                                      .move = octree_move,
+                                      .cell_count = octree_cell_count,
+                                      .write_cells = octree_write_cells};
     return rti_top_build(ctx, b, &method, start, chunk, size);
 }

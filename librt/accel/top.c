@@ -1,13 +1,14 @@
-/* The frame all builders stand in. Large nodes are split level by level (the top), one task a node; what is small enough becomes
- * a part, which one task builds depth first. Where that happens depends on the number of references alone, so the tree is the
- * same for any number of workers.
+/* The frame that builders of cells stand in. Large nodes are split level by level (the top), one task a node; what is small
+ * enough becomes a part, which one task builds depth first. Where that happens depends on the number of references alone, so the
+ * tree is the same for any number of workers.
  */
 #include <string.h>
 
 #include "build.h"
 
+/* A part: its root stands in the top's node root.node, the rest is appended. */
 typedef struct part_job {
-    rti_tree_part part;
+    rti_tree_out out;
     rti_item root;
     rti_ref *refs; /* the task frees them */
     size_t refs_capacity;
@@ -30,12 +31,12 @@ static void part_task(void *data, uint32_t index)
 {
     top *t = data;
     part_job *job = &t->parts[index];
-    job->part.out.node_size = t->method->node_size;
+    job->out.node_size = t->method->node_size;
     if (rti_cancelled(t->b->cancel)) {
         job->status = RT_ERROR_CANCELLED;
         return;
     }
-    job->status = t->method->part(t->ctx, t->b, &job->root, job->refs, job->refs_capacity, &job->part.out);
+    job->status = t->method->part(t->ctx, t->b, &job->root, job->refs, job->refs_capacity, &job->out);
     job->refs = NULL;
 }
 
@@ -54,7 +55,6 @@ static bool add_node(top *t, const rti_item *it, rti_ref **refs, size_t capacity
         part_job *job = &t->parts[t->part_count++];
         memset(job, 0, sizeof *job);
         job->root = *it;
-        job->part.slot = it->node;
         job->root.depth = leaf ? t->b->max_depth : it->depth;
         job->refs = *refs;
         job->refs_capacity = capacity;
@@ -138,7 +138,7 @@ static void free_top(top *t)
         free_open(t->ctx, &t->next[i]);
     for (size_t i = 0; i < t->part_count; i++) {
         rti_free(t->ctx, t->parts[i].refs, t->parts[i].refs_capacity * sizeof(rti_ref));
-        rti_out_free(t->ctx, &t->parts[i].part.out);
+        rti_out_free(t->ctx, &t->parts[i].out);
     }
     rti_out_free(t->ctx, &t->out);
     rti_free(t->ctx, t->open, t->open_capacity * sizeof *t->open);
@@ -146,25 +146,49 @@ static void free_top(top *t)
     rti_free(t->ctx, t->parts, t->part_capacity * sizeof *t->parts);
 }
 
-static rt_status stitch(top *t, double start, void **chunk, size_t *size)
+/* Node indices of a part count from its own root, which goes to the top's node; its other nodes move up by `nodes`. */
+static void place_part(const top *t, const part_job *job, rti_tree_out *all)
 {
-    rt_status status = RT_OK;
-    rti_tree_part *parts = rti_alloc_array(t->ctx, t->part_count, sizeof *parts);
-    if (!parts)
-        return RT_ERROR_MEMORY;
-    for (size_t i = 0; i < t->part_count && status == RT_OK; i++) {
-        status = t->parts[i].status;
-        parts[i] = t->parts[i].part;
+    const rti_tree_out *out = &job->out;
+    const size_t size = out->node_size;
+    const uint32_t nodes = (uint32_t)all->node_count - 1, refs = (uint32_t)all->ref_count;
+    char *to = all->nodes, *slot = to + job->root.node * size, *rest = to + all->node_count * size;
+    memcpy(slot, out->nodes, size);
+    memcpy(rest, (const char *)out->nodes + size, (out->node_count - 1) * size);
+    if (out->ref_count > 0)
+        memcpy(all->refs + refs, out->refs, out->ref_count * sizeof *out->refs);
+    t->method->move(slot, nodes, refs);
+    for (size_t i = 1; i < out->node_count; i++)
+        t->method->move(rest + (i - 1) * size, nodes, refs);
+    all->node_count += out->node_count - 1;
+    all->ref_count += out->ref_count;
+}
+
+/* The top and its parts behind each other; the caller frees them. */
+static rt_status stitch(const top *t, rti_tree_out *all)
+{
+    size_t nodes = t->out.node_count, refs = 0;
+    for (size_t i = 0; i < t->part_count; i++) {
+        if (t->parts[i].status != RT_OK)
+            return t->parts[i].status;
+        nodes += t->parts[i].out.node_count - 1;
+        refs += t->parts[i].out.ref_count;
     }
-    if (status == RT_OK)
-        status = rti_chunk_make(t->ctx, t->b, t->method->kind, &t->out, parts, (uint32_t)t->part_count, start, chunk, size);
-    rti_free(t->ctx, parts, t->part_count * sizeof *parts);
-    return status;
+    if (nodes > RTI_NODE_MAX || refs > RTI_REF_MAX ||
+        !rti_reserve(t->ctx, &all->nodes, &all->node_capacity, 0, nodes, all->node_size) ||
+        !rti_reserve(t->ctx, (void **)&all->refs, &all->ref_capacity, 0, refs, sizeof *all->refs))
+        return RT_ERROR_MEMORY;
+    memcpy(all->nodes, t->out.nodes, t->out.node_count * all->node_size);
+    all->node_count = t->out.node_count;
+    for (size_t i = 0; i < t->part_count; i++)
+        place_part(t, &t->parts[i], all);
+    return RT_OK;
 }
 
 rt_status rti_top_build(rt_context *ctx, const rti_build *b, const rti_method *method, double start, void **chunk, size_t *size)
 {
     top t = {.ctx = ctx, .b = b, .method = method};
+    rti_tree_out all = {.node_size = method->node_size};
     uint32_t count;
     rti_ref *refs = rti_refs_root(ctx, b, &count);
     rt_status status;
@@ -175,8 +199,11 @@ rt_status rti_top_build(rt_context *ctx, const rti_build *b, const rti_method *m
     if (status == RT_OK) {
         rti_parallel(ctx, (uint32_t)t.part_count, part_task, &t);
         /* Whoever sees the wish to cancel stops where he stands, and what there is is no tree. */
-        status = rti_cancelled(b->cancel) ? RT_ERROR_CANCELLED : stitch(&t, start, chunk, size);
+        status = rti_cancelled(b->cancel) ? RT_ERROR_CANCELLED : stitch(&t, &all);
     }
     free_top(&t);
+    if (status == RT_OK)
+        status = rti_cell_widen(ctx, b, method, &all, start, chunk, size);
+    rti_out_free(ctx, &all);
     return status;
 }

@@ -15,13 +15,11 @@ rtk_tree rti_tree_view(const void *chunk)
     v.hi = rtk_v3(h->hi[0], h->hi[1], h->hi[2]);
     v.kd = h->kind == RTK_TREE_KD ? (const rtk_kdnode *)(const void *)(bytes + h->off_nodes) : NULL;
     v.oct = h->kind == RTK_TREE_OCTREE ? (const rtk_octnode *)(const void *)(bytes + h->off_nodes) : NULL;
-    v.bvh = NULL;
-    if (h->kind == RTK_TREE_BVH || h->kind == RTK_TREE_KD)
-        v.bvh = (const rtk_bvhnode *)(const void *)(bytes + (h->kind == RTK_TREE_BVH ? h->off_nodes : h->off_wide));
+    v.bvh = (const rtk_bvhnode *)(const void *)(bytes + (h->kind == RTK_TREE_BVH ? h->off_nodes : h->off_wide));
     v.refs = (const rtk_u32 *)(const void *)(bytes + h->off_refs);
-    v.block_count = v.bvh ? h->block_count : 0;
+    v.block_count = h->block_count;
     v.blocks = v.block_count ? (const rtk_bvhblock *)(const void *)(bytes + h->off_blocks) : NULL;
-    v.ball_count = v.bvh ? h->ball_count : 0;
+    v.ball_count = h->ball_count;
     v.balls = v.ball_count ? (const float *)(const void *)(bytes + h->off_balls) : NULL;
     return v;
 }
@@ -212,14 +210,14 @@ static bool arrays_valid(const rtk_tree_header *h, size_t size)
     if (h->node_count == 0 || h->node_count > RTI_NODE_MAX || !inside(h->off_nodes, h->node_count, node_size[h->kind], size) ||
         !inside(h->off_refs, h->ref_count, sizeof(rtk_u32), size) || h->filler_count > h->ref_count)
         return false;
-    if (h->kind != RTK_TREE_KD && (h->wide_count != 0 || h->off_wide != 0))
+    if (h->kind == RTK_TREE_BVH && (h->wide_count != 0 || h->off_wide != 0))
         return false;
-    if (h->kind == RTK_TREE_KD &&
+    if (h->kind != RTK_TREE_BVH &&
         (h->wide_count == 0 || h->wide_count > RTI_NODE_MAX || !inside(h->off_wide, h->wide_count, sizeof(rtk_bvhnode), size)))
         return false;
-    if (h->ball_count != 0 && (h->kind == RTK_TREE_OCTREE || !inside(h->off_balls, rti_balls_room(h->ball_count), 1, size)))
+    if (h->ball_count != 0 && !inside(h->off_balls, rti_balls_room(h->ball_count), 1, size))
         return false;
-    if (h->kind == RTK_TREE_OCTREE || h->block_count == 0)
+    if (h->block_count == 0)
         return h->block_count == 0 && h->off_blocks == 0 && h->ball_count <= h->ref_count;
     return h->block_count <= h->ref_count / RTK_BVH_BLOCK && h->ball_count <= h->ref_count - h->block_count * RTK_BVH_BLOCK &&
            inside(h->off_blocks, h->block_count, sizeof(rtk_bvhblock), size);
@@ -234,7 +232,7 @@ bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit)
     for (uint32_t i = 0; i < h->ref_count; i++)
         if (refs[i] >= prim_limit)
             return false;
-    return (h->kind == RTK_TREE_BVH || walk_valid(h)) && (h->kind == RTK_TREE_OCTREE || wide_valid(h));
+    return (h->kind == RTK_TREE_BVH || walk_valid(h)) && wide_valid(h);
 }
 
 bool rti_tree_is_over(const void *chunk, const float lo[3], const float hi[3])

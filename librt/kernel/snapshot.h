@@ -113,11 +113,12 @@ typedef struct rtk_octnode {
  *   leaf    count references from refs[child] on
  *   empty   child and count 0, lo +inf and hi -inf; behind the others
  * Slots stand in the order in which any hit is found soonest (accel/bvh_order.c).
- * A kd-tree is folded into such nodes as well, for walks in vectors: its leaves are pieces of the kd-tree's, or several of these,
- * which list a triangle once, its boxes what lies in the cells. */
+ * Trees of cells, kd-trees and octrees, are folded into such nodes as well, for walks in vectors: leaves are pieces of the tree's,
+ * or several of these, which list a triangle once, boxes what lies in the cells. */
 #define RTK_BVH_WIDTH 8u
 typedef struct rtk_bvhnode {
-    float box[3][2][RTK_BVH_WIDTH]; /* [axis][lo, hi][slot]: grown by RTK_GROW * scale (ray.h, theory point 3); a kd-tree's cut to the cell */
+    /* [axis][lo, hi][slot]: grown by RTK_GROW * scale (ray.h, theory point 3); of cells cut to the cell */
+    float box[3][2][RTK_BVH_WIDTH];
     rtk_u32 child[RTK_BVH_WIDTH], count[RTK_BVH_WIDTH];
 } rtk_bvhnode;
 
@@ -125,13 +126,13 @@ typedef struct rtk_bvhnode {
  * leaf with child < 4 * block_count holds triangles alone, and its blocks are child / 4 to (child + count + 3) / 4 - 1. Leaves of
  * less than four triangles may share one; what is over in a block repeats a triangle of it, in the block and in refs. A walk may
  * test whole blocks. Leaves over anything else have their references behind 4 * block_count; so have all where a tree has
- * no blocks, and a kd-tree's own nodes. */
+ * no blocks, and the own nodes of a tree of cells. */
 #define RTK_BVH_BLOCK 4u
 typedef struct rtk_bvhblock {
     float v0[3][RTK_BVH_BLOCK], v1[3][RTK_BVH_BLOCK], v2[3][RTK_BVH_BLOCK];
 } rtk_bvhblock;
 
-/* A sphere of a leaf without blocks: x, y, z, radius; there is one for each reference behind 4 * block_count but a kd-tree's own,
+/* A sphere of a leaf without blocks: x, y, z, radius; there is one for each reference behind 4 * block_count but those of cells,
  * of anything else with a radius of -1. A tree of which less than seven of eight of these are spheres has none. */
 #define RTK_BALL 4u
 
@@ -146,11 +147,11 @@ typedef struct rtk_tree_header {
     float cost_traverse, cost_intersect, empty_bonus;
     rtk_u32 max_depth, flags;
     float build_seconds; /* a fact about this build; not part of the chunk's hash */
-    rtk_u32 block_count; /* BVH and kd-tree; 0: no leaf has blocks */
+    rtk_u32 block_count; /* 0: no leaf has blocks */
     rtk_u64 off_nodes, off_refs, off_blocks;
-    rtk_u32 filler_count; /* references, among ref_count, that only fill up blocks; of a kd-tree all but its own nodes' */
+    rtk_u32 filler_count; /* references, among ref_count, that only fill up blocks; of cells all but their own */
     float built_cost;     /* of a BVH that was refitted: what it cost when it was built (accel/bvh_refit.c); else 0 */
-    rtk_u64 off_wide;     /* kd-tree: its leaves by eights, wide_count nodes */
+    rtk_u64 off_wide;     /* of cells: their leaves by eights, wide_count nodes */
     rtk_u32 wide_count;
     rtk_u32 ball_count; /* balls, at off_balls; behind them seven or more of radius -1, up to a multiple of eight; 0: none */
     rtk_u64 off_balls;
@@ -161,7 +162,7 @@ typedef struct rtk_tree {
     rtk_vec3 lo, hi;
     RT_GLOBAL const rtk_kdnode *kd;
     RT_GLOBAL const rtk_octnode *oct;
-    RT_GLOBAL const rtk_bvhnode *bvh; /* of a kd-tree, too; 64-byte aligned, as blocks are */
+    RT_GLOBAL const rtk_bvhnode *bvh; /* of cells, too; 64-byte aligned, as blocks are */
     RT_GLOBAL const rtk_bvhblock *blocks;
     RT_GLOBAL const rtk_u32 *refs;
     rtk_u32 block_count, ball_count;
@@ -345,9 +346,9 @@ typedef struct rtk_scene {
     RT_GLOBAL const rtk_world *world;
     rtk_u32 material_count, texture_count, light_count;
     rtk_u32 flags; /* RTK_SCENE_* */
-    /* This scene with its kd-trees in the place of BVHs, for who goes through eight-wide nodes of either (trace/kdtree.c); NULL
-     * where it has not all of them. */
-    RT_GLOBAL const struct rtk_scene *by_kdtree;
+    /* This scene with its kd-trees, or octrees, in the place of BVHs, for who goes through eight-wide nodes of any
+     * (trace/cells.inl); NULL where it has not all of them. */
+    RT_GLOBAL const struct rtk_scene *by_kdtree, *by_octree;
 } rtk_scene;
 #define RTK_SCENE_TRANSPARENT 1u /* some material lets shadow rays through */
 #define RTK_SCENE_ALPHA 2u

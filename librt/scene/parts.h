@@ -29,8 +29,10 @@ struct rti_snapshot {
     rtk_group *view_groups;
     rtk_texture *view_textures;
     rtk_scene view;
-    rtk_group *kdtree_groups; /* NULL: there is no view by kd-trees */
-    rtk_scene kdtree_view;
+    struct rti_cell_view {
+        rtk_group *groups; /* NULL: there is no such view */
+        rtk_scene scene;
+    } kdtree_view, octree_view;
 };
 
 /* Empty, one reference; NULL: no memory. Chunks are then put in (their references go to it) and finish makes the view,

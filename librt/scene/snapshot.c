@@ -32,9 +32,9 @@ rti_snapshot *rti_snapshot_new(rt_context *ctx, uint32_t group_count, uint32_t t
     return s;
 }
 
-static size_t kdtree_size(const rti_snapshot *s)
+static size_t view_size(const rti_snapshot *s, const struct rti_cell_view *view)
 {
-    return s->kdtree_groups ? s->group_count * sizeof *s->kdtree_groups : 0;
+    return view->groups ? s->group_count * sizeof *view->groups : 0;
 }
 
 void rti_snapshot_retain(rti_snapshot *snapshot)
@@ -63,7 +63,8 @@ void rti_snapshot_release(rti_snapshot *s)
     rti_chunk_release(s->materials);
     rti_chunk_release(s->lights);
     rti_chunk_release(s->world);
-    rti_free(s->ctx, s->kdtree_groups, kdtree_size(s));
+    rti_free(s->ctx, s->kdtree_view.groups, view_size(s, &s->kdtree_view));
+    rti_free(s->ctx, s->octree_view.groups, view_size(s, &s->octree_view));
     rti_free(s->ctx, s, s->size);
 }
 
@@ -213,6 +214,19 @@ static uint32_t scene_flags(const rtk_scene *v)
     return flags;
 }
 
+/* The scene by trees of a kind, if it has all of them: to *by. */
+static rt_status view_by(rti_snapshot *s, const char *call, uint32_t kind, struct rti_cell_view *view, const rtk_scene **by)
+{
+    if (!rti_snapshot_complete(s, kind))
+        return RT_OK;
+    view->groups = rti_alloc(s->ctx, s->group_count * sizeof *view->groups);
+    if (!view->groups)
+        return rti_fail_memory(s->ctx, call, s->group_count * sizeof *view->groups);
+    rti_trace_by(kind, &s->view, &view->scene, view->groups);
+    *by = &view->scene;
+    return RT_OK;
+}
+
 rt_status rti_snapshot_finish(rti_snapshot *s, const char *call)
 {
     const rtk_material_header *materials = s->materials->data;
@@ -234,14 +248,8 @@ rt_status rti_snapshot_finish(rti_snapshot *s, const char *call)
     v->light_count = lights->light_count;
     v->world = s->world->data;
     v->flags = scene_flags(v);
-    if (!rti_snapshot_complete(s, RTK_TREE_KD))
-        return RT_OK;
-    s->kdtree_groups = rti_alloc(s->ctx, s->group_count * sizeof *s->kdtree_groups);
-    if (!s->kdtree_groups)
-        return rti_fail_memory(s->ctx, call, s->group_count * sizeof *s->kdtree_groups);
-    rti_trace_by_kdtree(v, &s->kdtree_view, s->kdtree_groups);
-    v->by_kdtree = &s->kdtree_view;
-    return RT_OK;
+    const rt_status status = view_by(s, call, RTK_TREE_KD, &s->kdtree_view, &v->by_kdtree);
+    return status == RT_OK ? view_by(s, call, RTK_TREE_OCTREE, &s->octree_view, &v->by_octree) : status;
 }
 
 const rtk_scene *rti_snapshot_view(const rti_snapshot *snapshot)
@@ -262,7 +270,7 @@ static void add_bytes(void *data, const rti_chunk *chunk, uint32_t group)
 
 uint64_t rti_snapshot_bytes(const rti_snapshot *snapshot)
 {
-    uint64_t bytes = snapshot->size + kdtree_size(snapshot);
+    uint64_t bytes = snapshot->size + view_size(snapshot, &snapshot->kdtree_view) + view_size(snapshot, &snapshot->octree_view);
     rti_snapshot_each(snapshot, add_bytes, &bytes);
     return bytes;
 }

@@ -1,5 +1,5 @@
-/* Eight-wide nodes, the BVH's and in views that have them there a kd-tree's (kdtree.c): boxes of a node and triangles of a leaf
- * in vectors; batches that are marked coherent in pencils and packets, others in streams of an octant. */
+/* Eight-wide nodes, the BVH's and in views that have them there a kd-tree's or octree's (cells.inl): boxes of a node and
+ * triangles of a leaf in vectors; batches that are marked coherent in pencils and packets, others in streams of an octant. */
 #include "bvh_packet_walk.h"
 #include "bvh_moved.h"
 #include "bvh_placed.h"

@@ -1,4 +1,4 @@
-/* What walks of eight-wide nodes in vectors share: those of a BVH, and those that a kd-tree's leaves are in. */
+/* What walks of eight-wide nodes in vectors share: those of a BVH, and those that the leaves of a kd-tree or octree are in. */
 #ifndef RTI_BVH_LANES_H
 #define RTI_BVH_LANES_H
 

@@ -48,7 +48,7 @@ static void packet_ask_late(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u
 }
 
 /* Of `lanes` from `at` on, which have met the triangle of a reference where their best hit is, those whose best hit is not of the
- * same triangle: leaves of a kd-tree and of spatial splits repeat triangles. */
+ * same triangle: leaves of cells and of spatial splits repeat triangles. */
 RTI_VEC rtk_u32 packet_others(const packet *p, const rtk_part *part, rtk_u32 at, rtk_u32 lanes, rtk_u32 ref)
 {
     rtk_u32 others = lanes;

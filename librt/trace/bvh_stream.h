@@ -290,7 +290,7 @@ static void stream_ask(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rtk
     stream_ask_plain(a, s, l, mode, ref);
 }
 
-/* Whether ray l's best hit is of the triangle at a place: leaves of a kd-tree and of spatial splits repeat triangles, and what is
+/* Whether ray l's best hit is of the triangle at a place: leaves of cells and of spatial splits repeat triangles, and what is
  * put aside need not be asked because it is met again. */
 RTI_VEC int stream_is(const streams *a, const stream *s, rtk_u32 l, rtk_u32 place)
 {

@@ -25,8 +25,8 @@
  *           less deep than the apex, by 16 u (P + S) at most, it is looked at from there on, as far to a side of where it is.
  *           With off's own roundings that is less than off + 32 u P + 20 u S. Boxes are grown by 2^-17 S where hits lie within
  *           2^-18 S (ray.h, points 2 and 3): of the 64 u S between, spatial splits round by 8 and builders by 1. So they are
- *           widened by off + 64 u P alone. A kd-tree's are cut to cells, beyond which nothing is held in reserve: these by
- *           off + 64 u (P + S). (A room on a floor 36 times as wide: shadow rays 1.11 times as fast.)
+ *           widened by off + 64 u P alone. Those of cells (of kd-trees and octrees) are cut to them, beyond which nothing
+ *           is held in reserve: these by off + 64 u (P + S). (A room on a floor 36 times as wide: shadow rays 1.11 times as fast.)
  *           (Rays are not asked whether they meet the part, as rtk_ray_prepare asks: by points 2 and 3 those that hit do. Nor is
  *           the apex held to a bound: where products overflow, a triangle is not told from one that is met.)
  *   depths  of origins and ends are rounded by 4 u of P and of the way; 16 u of each, and 48 u (P + S), are allowed for

@@ -300,7 +300,7 @@ RTI_APART int pencil_enter_part(pencil *p, rtk_u32 which)
         return 0;
     p->part = part;
     p->which = which;
-    p->around = p->off + 4.0f * PENCIL_U * (part->bvh.kind == RTK_TREE_KD ? most + scale : most);
+    p->around = p->off + 4.0f * PENCIL_U * (part->bvh.kind == RTK_TREE_BVH ? most : most + scale);
     p->edge = p->off + 1.5f * PENCIL_U * most;
     for (rtk_u32 i = 0u; i < 3u; i++) {
         p->low[i] = p->apex[i] - p->around;

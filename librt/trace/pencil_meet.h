@@ -118,7 +118,7 @@ RTI_VEC void pencil_know(pencil *p, rtk_u32 ref)
     }
 }
 
-/* Whether lane i's best hit is of this triangle: leaves of a kd-tree and of spatial splits repeat triangles. */
+/* Whether lane i's best hit is of this triangle: leaves of cells and of spatial splits repeat triangles. */
 RTI_VEC int pencil_is(pencil *p, const rtk_hit_block *h, rtk_u32 i, rtk_u32 ref)
 {
     pencil_know(p, ref);

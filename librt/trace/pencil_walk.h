@@ -322,7 +322,7 @@ RTI_APART int pencil_walk(pencil *p, rtk_u32 mode, rtk_u32 count)
     const rtk_u32 leaves = p->leaves + PENCIL_LEAVES * count + PENCIL_AT_ALL, told = p->told;
     stack.top = 0u;
     p->changed = 0u;
-    p->repeats = p->part->bvh.kind == RTK_TREE_KD;
+    p->repeats = p->part->bvh.kind != RTK_TREE_BVH;
     if (p->one && p->repeats)
         pencil_mail_open(p);
     if ((mode & RTK_MODE_ANY) && p->blocker[p->which].node) {

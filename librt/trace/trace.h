@@ -102,8 +102,9 @@ const rti_tracer *rti_tracer_at(rti_isa isa, uint32_t index);
 /* By name; NULL when there is none. */
 const rti_tracer *rti_tracer_find(rti_isa isa, const char *name);
 
-/* A scene that has kd-trees, with these in the place of its BVHs: rtk_scene.by_kdtree, which the caller sets. groups: for copies of
- * as many as the scene has, which live as long as *to. To be done anew when the scene's view changes. */
-void rti_trace_by_kdtree(const rtk_scene *scene, rtk_scene *to, rtk_group *groups);
+/* A scene that has trees of a kind, KD or OCTREE, with these in the place of its BVHs: rtk_scene.by_kdtree or by_octree, which the
+ * caller sets. groups: for copies of as many as the scene has, which live as long as *to. To be done anew when the scene's view
+ * changes. */
+void rti_trace_by(uint32_t kind, const rtk_scene *scene, rtk_scene *to, rtk_group *groups);
 
 #endif

@@ -47,14 +47,15 @@ const rti_tracer *rti_tracer_find(rti_isa isa, const char *name)
     return NULL;
 }
 
-void rti_trace_by_kdtree(const rtk_scene *scene, rtk_scene *to, rtk_group *groups)
+void rti_trace_by(uint32_t kind, const rtk_scene *scene, rtk_scene *to, rtk_group *groups)
 {
+    const bool kd = kind == RTK_TREE_KD;
     *to = *scene;
     to->groups = groups;
-    to->top_bvh = scene->top_kdtree;
+    to->top_bvh = kd ? scene->top_kdtree : scene->top_octree;
     for (uint32_t i = 0; i < scene->group_count; i++) {
         groups[i] = scene->groups[i];
         for (uint32_t k = 0; k < groups[i].part_count; k++)
-            groups[i].parts[k].bvh = groups[i].parts[k].kdtree;
+            groups[i].parts[k].bvh = kd ? groups[i].parts[k].kdtree : groups[i].parts[k].octree;
     }
 }

@@ -70,10 +70,10 @@ unless told otherwise).]],
     options = options.take("folder", "cut", "color", "group", "shown_tracers", "builder", "size", "define", "set", "frame", "seed", "json"),
     text = [[
 Prints the statistics of every tree as info does, the leaves of one group's trees by depth and by references, what camera rays cost in
-each structure (inner nodes and leaves visited, primitives tested: mean, what 95 of 100 rays stay below, max; of a kd-tree in its
-cells: all that a leaf lists counts as tested, though where these are many the tracer looks at boxes among them first), and the cost
-that the surface area heuristic predicts beside the one that random lines through the tree's box have: measured without an end, as the
-heuristic assumes, and to the first hit.
+each structure (inner nodes and leaves visited, primitives tested: mean, what 95 of 100 rays stay below, max; of a kd-tree
+or an octree in its cells: all that a leaf lists counts as tested, though where these are many the tracer looks at boxes among them
+first), and the cost that the surface area heuristic predicts beside the one that random lines through the tree's box have: measured
+without an end, as the heuristic assumes, and to the first hit.
 
 -o DIR draws them: cells-TREE.svg, the cells where a plane meets them with the outlines of what stands in it; leaves.svg, the
 histograms; cost-STRUCTURE.png and .svg, the cost of each pixel's camera ray, all on one scale. Cells too small to be seen are drawn

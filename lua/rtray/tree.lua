@@ -220,7 +220,7 @@ local function print_text(found)
     print_bars("references", h.leaves.sizes)
   end
   local c = found.costs[1]
-  output.print("\ncamera rays, %dx%d: inner nodes and leaves visited, primitives tested (kdtree: all that its leaves list)", c.width, c.height)
+  output.print("\ncamera rays, %dx%d: inner nodes and leaves visited, primitives tested (kdtree, octree: all that a leaf lists)", c.width, c.height)
   costs.print(found.costs)
   if #found.models > 0 then
     output.print("\nSAH cost of group %s, and what random lines cost", found.over.label)

@@ -106,7 +106,7 @@ describe("verify", function()
 local rt = require "rt"
 local balls = {}
 for i = 1, 20 do balls[i] = rt.sphere { center = {i % 5, i // 5, i % 3}, radius = 0.4 } end
-return rt.scene { settings = { width = 20, height = 15 }, balls }]])
+return rt.scene { settings = { width = 20, height = 15, leaf_size = 4 }, balls }]])
     local r = rtray { "verify", path, "--integrator", "cost", "--workers", "1,3", "--tiles", "8,64" }
     assert.equal(0, r.status, r.out)
     assert.truthy(r.out:find("one image of each structure", 1, true), r.out)

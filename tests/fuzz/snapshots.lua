@@ -55,7 +55,7 @@ local function sheet()
     local a = i // 5 * 6 + i % 5 + 1
     faces[2 * i + 1], faces[2 * i + 2] = { a, a + 1, a + 6 }, { a + 1, a + 7, a + 6 }
   end
-  return rt.scene { settings = { accel = "kdtree,bvh" }, rt.mesh { vertices = vertices, faces = faces } }
+  return rt.scene { settings = { accel = "kdtree,octree,bvh", leaf_size = 8 }, rt.mesh { vertices = vertices, faces = faces } }
 end
 
 for _, item in ipairs {

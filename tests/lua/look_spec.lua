@@ -17,7 +17,8 @@ end
 
 local function scene()
   return rt.scene {
-    settings = { width = 24, height = 16, samples = 2 }, camera = rt.camera { eye = { 0.5, 0.5, 4 }, look_at = { 0.5, 0.5, 0 }, fov = 20 },
+    settings = { width = 24, height = 16, samples = 2, leaf_size = 4 },
+    camera = rt.camera { eye = { 0.5, 0.5, 4 }, look_at = { 0.5, 0.5, 0 }, fov = 20 },
     rt.point_light { at = { 3, 4, 5 }, name = "lamp" }, balls(),
   }
 end

@@ -29,7 +29,7 @@ rt_status test_parts_init(test_parts *p, test_world *w, uint32_t parts, float by
                            .scale = in.grow / RTK_GROW,
                            .count = p->mesh[i].count};
         for (uint32_t k = 0; k < TEST_TREES; k++) {
-            const rti_build_settings how = {.builder = builders[k]};
+            const rti_build_settings how = {.builder = builders[k], .leaf_size = builders[k] == RTI_BUILD_OCTREE ? 8 : 0};
             status = rti_tree_build(w->ctx, &in, &how, NULL, &p->chunks[i][k], &p->sizes[i][k]);
             if (status != RT_OK)
                 break;

@@ -158,7 +158,7 @@ static void compare(test_batch *b, const rtk_scene *s, const rti_tracer *tracer,
 {
     rti_scratch scratch = {.room = test_room(), .times = b->times},
                 turns = {.room = test_room(), .times = b->times, .turns = true};
-    const bool wide = tracer->tree == RTK_TREE_BVH || tracer->tree == RTK_TREE_KD;
+    const bool wide = tracer->tree != RTK_TREE_NONE;
     for (int way = 0; way <= wide; way++) {
         tracer->intersect(s, b->rays, b->other, TEST_BATCH, 0, way ? &turns : &scratch);
         same_hits(b, way ? "by turns" : what, tracer->name, b->hits, b->other);

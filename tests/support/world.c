@@ -201,7 +201,7 @@ static rt_status build_all(test_world *w, const rti_build_input *in, const rti_b
                            size_t sizes[TEST_TREES])
 {
     rti_build_settings fine = kd ? *kd : (rti_build_settings){0};
-    rti_build_settings octree = {.builder = RTI_BUILD_OCTREE};
+    rti_build_settings octree = {.builder = RTI_BUILD_OCTREE, .leaf_size = 8};
     rti_build_settings bvh = {.builder = w->bvh_builder ? w->bvh_builder : RTI_BUILD_BVH};
     const rti_build_settings *settings[TEST_TREES] = {&fine, &octree, &bvh};
     rt_status status = RT_OK;
@@ -346,8 +346,10 @@ rt_status test_world_commit(test_world *w, const rti_build_settings *kd)
 void test_world_changed(test_world *w)
 {
     w->scene.flags = rti_mesh_flags(&w->scene);
-    rti_trace_by_kdtree(&w->scene, &w->by_kdtree, w->kdtree_groups);
+    rti_trace_by(RTK_TREE_KD, &w->scene, &w->by_kdtree, w->kdtree_groups);
+    rti_trace_by(RTK_TREE_OCTREE, &w->scene, &w->by_octree, w->octree_groups);
     w->scene.by_kdtree = &w->by_kdtree;
+    w->scene.by_octree = &w->by_octree;
 }
 
 void test_world_free(test_world *w)

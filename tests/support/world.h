@@ -45,8 +45,8 @@ typedef struct test_world {
     void *top_chunks[TEST_TREES];
     size_t top_sizes[TEST_TREES];
     uint32_t bvh_builder; /* RTI_BUILD_BVH*; 0: the default one */
-    rtk_scene scene, by_kdtree;
-    rtk_group kdtree_groups[TEST_GROUPS];
+    rtk_scene scene, by_kdtree, by_octree;
+    rtk_group kdtree_groups[TEST_GROUPS], octree_groups[TEST_GROUPS];
 } test_world;
 
 /* Group 0 is the scene's own. */

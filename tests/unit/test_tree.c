@@ -111,7 +111,7 @@ static void test_small(void **state)
     rt_context_destroy(ctx);
 }
 
-/* Does a ray that passes a point meet a triangle of a kd-tree: is it listed where the point is in all boxes around? */
+/* Does a ray that passes a point meet a triangle by nodes of eight: is it listed where the point is in all boxes around? */
 static bool boxed(const rtk_tree *tree, const double at[3], uint32_t prim)
 {
     rti_tree_spot stack[RTI_TREE_WALK];
@@ -152,7 +152,7 @@ static bool listed(const rtk_tree *tree, const double at[3], uint32_t prim)
             }
         }
     first = tree->kind == RTK_TREE_KD ? tree->kd[spot.node].a : tree->oct[spot.node].first;
-    if (tree->kind == RTK_TREE_KD && refs > 0 && !boxed(tree, at, prim))
+    if (!boxed(tree, at, prim))
         return false;
     for (uint32_t i = 0; i < refs; i++)
         if (tree->refs[first + i] == prim)
@@ -175,12 +175,12 @@ static void test_lists(void **state)
         test_mesh_lattice(&m, 6);
         test_mesh_place(&m, scales[i], i == 0 ? 30.0f : 0.0f);
         rti_build_input in = test_input(&m);
-        for (int b = 0; b < 3; b++) {
+        for (int b = 0; b < 4; b++) {
+            const rti_build_settings s = {.builder = test_builders[rtk_umin((uint32_t)b, 2)], .leaf_size = b == 3 ? 8 : 0};
             void *chunk;
             size_t size;
             uint32_t lost = 0;
-            assert_int_equal(rti_tree_build(ctx, &in, &(rti_build_settings){.builder = test_builders[b]}, NULL, &chunk, &size),
-                             RT_OK);
+            assert_int_equal(rti_tree_build(ctx, &in, &s, NULL, &chunk, &size), RT_OK);
             rtk_tree tree = rti_tree_view(chunk);
             for (uint32_t t = 0; t < m.count; t++)
                 for (int k = 0; k < 16; k++) {
@@ -457,7 +457,7 @@ static void test_flat_octree(void **state)
         test_mesh_add(&m, (float[3]){x, y, 5.0f}, (float[3]){x + 1.0f, y, 5.0f}, (float[3]){x, y + 1.0f, 5.0f});
     }
     rti_build_input in = test_input(&m);
-    rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = RTI_BUILD_OCTREE});
+    rtk_tree_header h = build(ctx, &in, &(rti_build_settings){.builder = RTI_BUILD_OCTREE, .leaf_size = 8});
     assert_in_range(h.largest_leaf, 1, 16);
     for (int a = 0; a < 3; a++) {
         assert_true(h.lo[a] <= in.lo[a] && h.hi[a] >= in.hi[a]);
@@ -480,8 +480,9 @@ static void test_sizes(void **state)
             rti_build_input in = test_input(&m);
             rti_build_settings s = {.builder = test_builders[b]};
             const bool usual = scales[i] < 1.0e30f && scales[i] > 1.0e-20f;
-            if (usual) /* of a kd-tree one that is cut into pieces */
-                assert_true(build(ctx, &in, &s).largest_leaf < (b < 2 ? 200 : 17));
+            if (usual) /* of a tree of cells one that is cut into pieces */
+                assert_in_range(build(ctx, &in, &s).largest_leaf, 1, b < 2 ? 200 : (b == 2 ? 1024 : 16));
+            s.leaf_size = b == 2 ? 8 : 0;
             s.cost_intersect = b < 2 ? 0.0625f : 0.0f;
             if (usual && b < 2)
                 assert_true(build(ctx, &in, &s).largest_leaf < 80);
@@ -532,7 +533,7 @@ static void test_settings(void **state)
         s.builder = test_builders[b];
         rtk_tree_header got = build(ctx, &in, &s);
         assert_true(got.depth <= 5);
-        assert_true(got.ref_count - (b < 2 ? got.filler_count : 0) <= 3000 * 3 / 2 + 64); /* a kd-tree has its lists twice */
+        assert_true(got.ref_count - (b < 3 ? got.filler_count : 0) <= 3000 * 3 / 2 + 64); /* cells have their lists twice */
     }
     s = (rti_build_settings){.max_depth = 4000000000u, .duplication = 1.0e30f};
     for (int b = 0; b < TEST_BUILDERS; b++) {

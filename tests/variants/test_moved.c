@@ -201,7 +201,7 @@ static void sweep(const char *what, test_world *w)
                 continue;
             ask(&w->scene, tracer, a->count, i % 2 ? RTI_TRACE_COHERENT : 0, &other);
             compare(what, a, tracer->name, a->count);
-            if (i % 2 || tracer->tree == RTK_TREE_OCTREE)
+            if (i % 2)
                 continue;
             ask_alone(&w->scene, tracer, rtk_umin(a->count, 3000u), &other);
             compare(what, a, tracer->name, rtk_umin(a->count, 3000u));

@@ -143,9 +143,7 @@ static void sweep(const rtk_scene *s, const kind *a)
             const bool crowds = a->crowded && way == NARROW && count == MOST;
             if (test_fewer() && !crowds && (c / WAYS + c % WAYS + turn) % 2)
                 continue;
-            /* Of no commit's scale an octree's cells lose more than they are grown by (kernel/ray.h, point 7). */
-            const bool octree = way == ROOM && s->groups[0].parts[0].scale >= RTK_LEAST;
-            if (tracer->tree == RTK_TREE_NONE || count > a->count || (!octree && tracer->tree == RTK_TREE_OCTREE))
+            if (tracer->tree == RTK_TREE_NONE || count > a->count)
                 continue;
             ask(s, tracer, count, way, crowds && tracer->tree == RTK_TREE_BVH, &other);
             compare(a->what, tracer->name, count);

@@ -70,8 +70,8 @@ RT_API rt_status rt_scene_cut(const rt_scene *scene, uint32_t group, rt_vec3 poi
 
 /** What one ray cost. */
 typedef struct rt_ray_cost {
-    /** Inner nodes and leaves visited, primitives tested. Of a kd-tree in its cells: all that a leaf lists counts as tested; where these are many, the
-     *  tracer looks at boxes among them first and tests a few. */
+    /** Inner nodes and leaves visited, primitives tested. Of a kd-tree or an octree in its cells: all that a leaf lists counts as
+     *  tested; where these are many, the tracer looks at boxes among them first and tests a few. */
     uint32_t nodes, leaves, tests;
 } rt_ray_cost;
 /** Traces each ray to its closest hit and counts. query: tracer (any) and group: RT_INVALID_ID counts the whole scene, its infinite planes, the top level and the

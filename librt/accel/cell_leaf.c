@@ -1,29 +1,29 @@
-/* Large leaves of a kd-tree become small binary trees of pieces, a few triangles each, of which bvh_fold.c makes the leaves of
+/* Large leaves of cells become small binary trees of pieces, a few triangles each, of which bvh_fold.c makes the leaves of
  * nodes of eight: what walks in vectors asks for those' boxes before their triangles. So cells need not be split until they list
- * few, where triangles are listed more and more often (build.c's intersect_cost: a hundred or more are one). Hundreds are parted
+ * few, where triangles are listed more and more often (build.c: intersect_cost, octree_leaf). Hundreds are parted
  * by the bins of a BVH's builder, fewer at any place. Pieces of whole blocks would be half as many, but put a wall's triangle
  * together with what stands before it, and every other row of a surface in two: rays were 1.01 to 1.45 times as slow by them. The
  * leaf itself stays as it is.
  *
- * A piece's box is what lies around its triangles' parts in the box of the leaf (kd_piece.c). The leaf's box
+ * A piece's box is what lies around its triangles' parts in the box of the leaf (cell_piece.c). The leaf's box
  * is around the parts in its cell, grown, so what is in the cell is in the box grown; a hit in the cell's part of a ray's way is
  * then in the piece's box, by ray.h, points 3 and 4.
  */
-#include "kd_build.h"
+#include "cell_build.h"
 
 #define PIECE 2u /* triangles that are never parted; of a few more kernels tell whether it is worth it */
 
-RTI_ISA_TABLES(rti_kd_piece_kernels, rti_kd_piece_kernels_at)
+RTI_ISA_TABLES(rti_cell_piece_kernels, rti_cell_piece_kernels_at)
 
 /* A range of items that is to become node `node`, so many ranges below the leaf. */
 typedef struct span {
     uint32_t begin, count, node, depth;
 } span;
 
-/* own: nodes of the pieces, two at a time, numbered from kd_count on. */
+/* own: nodes of the pieces, two at a time, numbered from cell_count on. */
 typedef struct cutter {
     const rti_bvh *t;
-    const rti_kd_piece_kernels *kernels;
+    const rti_cell_piece_kernels *kernels;
     rti_bvh_node *own;
     uint32_t own_count;
     size_t own_capacity;
@@ -50,7 +50,7 @@ static uint32_t part_many(const rti_bvh *t, const rti_ref *items, uint32_t count
     return split.left_count;
 }
 
-/* A large leaf, node `node` of the kd-tree, and its references, from `first` on. */
+/* A large leaf, node `node` of the cells, and its references, from `first` on. */
 typedef struct large {
     uint32_t node, first, count;
 } large;
@@ -72,13 +72,13 @@ static bool reserve(cutter *c, uint32_t count)
 
 static rti_bvh_node *node_at(const cutter *c, uint32_t node)
 {
-    return node < c->t->kd_count ? &c->t->nodes[node] : &c->own[node - c->t->kd_count];
+    return node < c->t->cell_count ? &c->t->nodes[node] : &c->own[node - c->t->cell_count];
 }
 
 /* Gives node `node` two children and returns the first; 0: no memory. */
 static uint32_t take_pair(cutter *c, uint32_t node)
 {
-    const uint32_t pair = c->t->kd_count + c->own_count;
+    const uint32_t pair = c->t->cell_count + c->own_count;
     if (!rti_reserve(c->t->ctx, (void **)&c->own, &c->own_capacity, c->own_count, 2, sizeof *c->own))
         return 0;
     node_at(c, node)->child = pair;
@@ -93,7 +93,7 @@ static rt_status cut_leaf(cutter *c, const large *l)
     uint32_t work = 0;
     if (!reserve(c, l->count) || !push(c, (span){0, l->count, l->node, 0}))
         return RT_ERROR_MEMORY;
-    c->kernels->refs(t->b->in, t->kd[l->node].lo, t->kd[l->node].hi, t->kd_refs + l->first, l->count, c->items);
+    c->kernels->refs(t->b->in, t->cells[l->node].lo, t->cells[l->node].hi, t->own->refs + l->first, l->count, c->items);
     while (c->span_count > 0) {
         const span s = c->spans[--c->span_count];
         rti_ref *items = c->items + s.begin;
@@ -110,7 +110,7 @@ static rt_status cut_leaf(cutter *c, const large *l)
             n->lo[a] = box.lo[a];
             n->hi[a] = box.hi[a];
         }
-        if (s.count > RTI_KD_SWEPT)
+        if (s.count > RTI_CELL_SWEPT)
             left = part_many(t, items, s.count, s.depth, c->spare);
         else if (s.count > PIECE)
             left = c->kernels->part(t, items, s.count, rti_bvh_area(t, box), c->spare);
@@ -150,34 +150,34 @@ typedef struct job {
 /* References of a leaf that has more triangles than a piece holds, and nothing else; 0: it is none. */
 static uint32_t large_count(const rti_bvh *t, uint32_t node)
 {
-    const rtk_kdnode *n = &t->kd[node].node;
+    const rtk_kdnode *n = &t->cells[node].node;
     const uint32_t count = n->b >> 2;
     if ((n->b & 3u) != RTK_KD_LEAF || count <= PIECE)
         return 0;
     for (uint32_t i = 0; i < count && t->b->in->box_count > 0; i++)
-        if (t->kd_refs[n->a + i] >= t->b->in->tri_count)
+        if (t->own->refs[n->a + i] >= t->b->in->tri_count)
             return 0;
     return count;
 }
 
 static void take_leaf(rti_bvh *t, uint32_t node)
 {
-    const rti_kd_node *from = &t->kd[node];
+    const rti_cell_node *from = &t->cells[node];
     rti_bvh_node *n = &t->nodes[node];
     memcpy(n->lo, from->lo, sizeof n->lo);
     memcpy(n->hi, from->hi, sizeof n->hi);
     n->count = from->node.b >> 2;
     n->child = n->count > 0 ? from->node.a : 0;
-    memcpy(t->order + from->node.a, t->kd_refs + from->node.a, n->count * sizeof *t->order);
+    memcpy(t->order + from->node.a, t->own->refs + from->node.a, n->count * sizeof *t->order);
 }
 
 static rt_status take_leaves(rti_bvh *t, cutter *c, uint32_t begin, uint32_t end)
 {
     for (uint32_t i = begin; i < end; i++) {
-        const large l = {i, t->kd[i].node.a, large_count(t, i)};
+        const large l = {i, t->cells[i].node.a, large_count(t, i)};
         if (rti_cancelled(t->b->cancel))
             return RT_ERROR_CANCELLED;
-        if ((t->kd[i].node.b & 3u) != RTK_KD_LEAF)
+        if ((t->cells[i].node.b & 3u) != RTK_KD_LEAF)
             continue;
         if (l.count == 0) {
             take_leaf(t, i);
@@ -192,7 +192,7 @@ static rt_status take_leaves(rti_bvh *t, cutter *c, uint32_t begin, uint32_t end
 
 static uint32_t end_of(const job *j, uint32_t index)
 {
-    return rtk_umin((index + 1) * CHUNK, j->t->kd_count);
+    return rtk_umin((index + 1) * CHUNK, j->t->cell_count);
 }
 
 static void cut_task(void *data, uint32_t index)
@@ -200,7 +200,7 @@ static void cut_task(void *data, uint32_t index)
     const job *j = data;
     rt_context *ctx = j->t->ctx;
     made *m = &j->made[index];
-    cutter c = {.t = j->t, .kernels = rti_kd_piece_kernels_at(rti_context_isa(ctx))};
+    cutter c = {.t = j->t, .kernels = rti_cell_piece_kernels_at(rti_context_isa(ctx))};
     m->got = take_leaves(j->t, &c, index * CHUNK, end_of(j, index));
     rti_free(ctx, c.items, c.item_capacity * sizeof *c.items);
     rti_free(ctx, c.spare, c.spare_capacity * sizeof *c.spare);
@@ -216,7 +216,7 @@ static void place_task(void *data, uint32_t index)
     const job *j = data;
     const rti_bvh *t = j->t;
     made *m = &j->made[index];
-    const uint32_t behind = m->first - t->kd_count;
+    const uint32_t behind = m->first - t->cell_count;
     for (uint32_t i = 0; i < m->count; i++) {
         rti_bvh_node *n = &t->nodes[m->first + i];
         *n = m->own[i];
@@ -234,7 +234,7 @@ static void place_task(void *data, uint32_t index)
 static rt_status make_room(job *j, uint32_t tasks)
 {
     rti_bvh *t = j->t;
-    uint64_t nodes = t->kd_count;
+    uint64_t nodes = t->cell_count;
     rti_bvh_node *all;
     for (uint32_t i = 0; i < tasks; i++) {
         j->made[i].first = (uint32_t)nodes;
@@ -263,14 +263,14 @@ static rt_status cut_all(job *j, uint32_t tasks)
     return status;
 }
 
-rt_status rti_kd_cut_leaves(rti_bvh *t)
+rt_status rti_cells_cut(rti_bvh *t)
 {
-    const uint32_t tasks = (t->kd_count + CHUNK - 1) / CHUNK;
+    const uint32_t tasks = (t->cell_count + CHUNK - 1) / CHUNK;
     job j = {t, rti_alloc_array(t->ctx, tasks, sizeof *j.made)};
     rt_status status = RT_ERROR_MEMORY;
-    t->node_capacity = t->kd_count;
+    t->node_capacity = t->cell_count;
     t->nodes = rti_alloc_array(t->ctx, t->node_capacity, sizeof *t->nodes);
-    t->order = rti_alloc_array(t->ctx, t->kd_ref_count, sizeof *t->order);
+    t->order = rti_alloc_array(t->ctx, t->own->ref_count, sizeof *t->order);
     if (j.made) {
         memset(j.made, 0, tasks * sizeof *j.made);
         if (t->nodes && t->order)

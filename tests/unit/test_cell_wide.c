@@ -1,4 +1,5 @@
-/* The nodes of eight that a kd-tree is folded into. What they are for, test_lists of test_tree.c and test_tracers.c hold. */
+/* The nodes of eight that a kd-tree or an octree is folded into. What they are for, test_lists of test_tree.c and test_tracers.c
+ * hold. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -21,7 +22,8 @@ typedef struct entry {
     uint32_t prim, leaf;
 } entry;
 
-/* The leaves below a tree's root that are not empty, at most `room`; kind: KD, or BVH for what the cells were folded into. */
+/* The leaves below a tree's root that are not empty, at most `room`; kind: the tree's, or BVH for what its cells were folded
+ * into. */
 static uint32_t leaves_of(const rtk_tree *tree, uint32_t kind, leaf *out, uint32_t room)
 {
     static rti_tree_spot stack[RTI_TREE_WALK];
@@ -36,7 +38,8 @@ static uint32_t leaves_of(const rtk_tree *tree, uint32_t kind, leaf *out, uint32
         assert_true(n < room);
         memcpy(out[n].lo, spot.lo, sizeof spot.lo);
         memcpy(out[n].hi, spot.hi, sizeof spot.hi);
-        out[n].first = kind == RTK_TREE_KD ? tree->kd[spot.node].a : spot.node;
+        out[n].first =
+            kind == RTK_TREE_KD ? tree->kd[spot.node].a : (kind == RTK_TREE_BVH ? spot.node : tree->oct[spot.node].first);
         out[n++].count = refs;
     }
     return n;
@@ -82,19 +85,19 @@ static entry *look_at(const rtk_tree *tree, uint32_t refs, const leaf *wide, uin
     return all;
 }
 
-/* All that a kd-tree's leaf lists is listed by the nodes of eight, too, where they reach into its cell; and they no more often. A
+/* All that a cell lists is listed by the nodes of eight, too, where they reach into its cell; and they no more often. A
  * box is inside the cells that list what it holds. */
-static void compare(const rtk_tree *tree, const leaf *kd, uint32_t kd_count, const leaf *wide, uint32_t wide_count,
+static void compare(const rtk_tree *tree, const leaf *own, uint32_t own_count, const leaf *wide, uint32_t wide_count,
                     const entry *all, uint32_t count)
 {
     leaf *cells = malloc(wide_count * sizeof *cells); /* around them */
     uint32_t listed = 0;
     for (uint32_t i = 0; i < wide_count; i++)
         cells[i] = (leaf){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, 0, 0};
-    for (uint32_t i = 0; i < kd_count; i++) {
-        listed += kd[i].count;
-        for (uint32_t j = 0; j < kd[i].count; j++) {
-            const uint32_t prim = tree->refs[kd[i].first + j];
+    for (uint32_t i = 0; i < own_count; i++) {
+        listed += own[i].count;
+        for (uint32_t j = 0; j < own[i].count; j++) {
+            const uint32_t prim = tree->refs[own[i].first + j];
             uint32_t low = 0, high = count;
             bool found = false;
             while (low < high) {
@@ -106,12 +109,12 @@ static void compare(const rtk_tree *tree, const leaf *kd, uint32_t kd_count, con
             }
             for (; low < count && all[low].prim == prim; low++) {
                 leaf *around = &cells[all[low].leaf];
-                if (!overlap(&wide[all[low].leaf], &kd[i]))
+                if (!overlap(&wide[all[low].leaf], &own[i]))
                     continue;
                 found = true;
                 for (int a = 0; a < 3; a++) {
-                    around->lo[a] = fminf(around->lo[a], kd[i].lo[a]);
-                    around->hi[a] = fmaxf(around->hi[a], kd[i].hi[a]);
+                    around->lo[a] = fminf(around->lo[a], own[i].lo[a]);
+                    around->hi[a] = fmaxf(around->hi[a], own[i].hi[a]);
                 }
             }
             assert_true(found);
@@ -124,7 +127,19 @@ static void compare(const rtk_tree *tree, const leaf *kd, uint32_t kd_count, con
     free(cells);
 }
 
-/* The nodes of eight hold what a kd-tree's leaves do: triangles alone in blocks, of a large leaf in pieces. */
+/* Of triangles by each builder, with boxes, of one triangle, in small cells. */
+static const struct {
+    rti_build_settings s;
+    enum { ALL, PAPER, BOXES_TOO, ONE, SMALL } of;
+} ways[] = {
+    {{.builder = RTI_BUILD_KD_EXACT}, ALL},   {{.builder = RTI_BUILD_KD_BINNED}, ALL},
+    {{.builder = RTI_BUILD_KD_EXACT}, PAPER}, {{.builder = RTI_BUILD_KD_EXACT}, BOXES_TOO},
+    {{.builder = RTI_BUILD_KD_EXACT}, ONE},   {{.builder = RTI_BUILD_KD_EXACT, .cost_intersect = 0.0625f}, SMALL},
+    {{.builder = RTI_BUILD_OCTREE}, ALL},     {{.builder = RTI_BUILD_OCTREE}, BOXES_TOO},
+    {{.builder = RTI_BUILD_OCTREE}, ONE},     {{.builder = RTI_BUILD_OCTREE, .leaf_size = 8}, SMALL},
+};
+
+/* The nodes of eight hold what the cells do: triangles alone in blocks, of a large leaf in pieces. */
 static void test_wide(void **state)
 {
     rt_context_desc d = rt_context_desc_default();
@@ -145,29 +160,26 @@ static void test_wide(void **state)
             boxes[i][a] = test_range(&r, -1, 1);
             boxes[i][3 + a] = boxes[i][a] + 0.1f;
         }
-    for (int k = 0; k < 6; k++) { /* of triangles by each builder, with boxes, of one triangle, in small cells */
-        rti_build_input in = k < 3 || k == 5 ? test_input(&m) : test_input_boxes(&m, (const float(*)[6])boxes, BOXES);
-        rti_build_settings s = k == 2 ? rti_build_preset_find("paper")->settings
-                                      : (rti_build_settings){.builder = k == 1 ? RTI_BUILD_KD_BINNED : RTI_BUILD_KD_EXACT};
+    for (size_t k = 0; k < RTI_COUNT(ways); k++) {
+        const bool mixed = ways[k].of == BOXES_TOO;
+        rti_build_input in = test_input_boxes(&m, (const float(*)[6])boxes, mixed ? BOXES : 0);
+        const rti_build_settings s = ways[k].of == PAPER ? rti_build_preset_find("paper")->settings : ways[k].s;
         void *chunk;
         size_t size;
-        if (k == 4)
+        if (ways[k].of == ONE)
             in.tri_count = 1;
-        if (k == 5)
-            s.cost_intersect = 0.0625f;
-        in.box_count = k == 4 ? 0 : in.box_count;
         assert_int_equal(rti_tree_build(ctx, &in, &s, NULL, &chunk, &size), RT_OK);
         const rtk_tree_header *h = chunk;
         rtk_tree tree = rti_tree_view(chunk);
-        leaf *kd = malloc(h->leaf_count * sizeof *kd), *wide = malloc(h->ref_count * sizeof *wide);
-        uint32_t n = leaves_of(&tree, RTK_TREE_KD, kd, h->leaf_count), count;
+        leaf *own = malloc(h->leaf_count * sizeof *own), *wide = malloc(h->ref_count * sizeof *wide);
+        uint32_t n = leaves_of(&tree, h->kind, own, h->leaf_count), count;
         const uint32_t many = leaves_of(&tree, RTK_TREE_BVH, wide, h->ref_count);
-        entry *all = look_at(&tree, h->ref_count, wide, many, in.tri_count, k == 3, &count);
+        entry *all = look_at(&tree, h->ref_count, wide, many, in.tri_count, mixed, &count);
         assert_int_equal(n, h->leaf_count - h->empty_leaf_count);
-        assert_true(k != 0 || h->largest_leaf >= 500);
-        compare(&tree, kd, n, wide, many, all, count);
+        assert_true(ways[k].of != ALL || h->largest_leaf >= 500);
+        compare(&tree, own, n, wide, many, all, count);
         free(all);
-        free(kd);
+        free(own);
         free(wide);
         rti_free(ctx, chunk, size);
     }

@@ -1,15 +1,15 @@
-/* Pieces of a kd-tree's large leaves (kd_leaf.c): boxes of triangles' parts in a leaf's box, and where a range of them is parted.
+/* Pieces of large leaves of cells (cell_leaf.c): boxes of triangles' parts in a leaf's box, and where a range of them is parted.
  * A hot file (base/isa.h): the same pieces at each level.
  *
  * A triangle's part in a box is bounded from several sides, many at a time: by what it reaches to on the other two axes between
  * the box's planes across one (and between what is known of the part), and by its own plane. That is as much as a clip gives, to
- * a hundredth of the sides (test_kd_piece.c). All planes and bounds have ROOM times the growth: a quarter of it, 2^-19 of the
+ * a hundredth of the sides (test_cell_piece.c). All planes and bounds have ROOM times the growth: a quarter of it, 2^-19 of the
  * scale, covers that all is in floats. Where an edge meets a plane is as if the plane stood 2^-22 (|plane| + |vertex|) elsewhere,
  * and its other coordinates are 2^-22 of the scale off at most.
  */
+#include "cell_build.h"
 #include "corners.h"
 #include "hull.h"
-#include "kd_build.h"
 
 #define ROOM 1.25f
 
@@ -154,12 +154,12 @@ static void refs(const rti_build_input *in, const float lo[3], const float hi[3]
 
 typedef int32_t ints __attribute__((vector_size(4 * LANES)));
 
-_Static_assert((RTI_KD_SWEPT & (RTI_KD_SWEPT - 1u)) == 0u && RTI_KD_SWEPT % LANES == 0u,
+_Static_assert((RTI_CELL_SWEPT & (RTI_CELL_SWEPT - 1u)) == 0u && RTI_CELL_SWEPT % LANES == 0u,
                "an index takes the lowest bits of a number");
 
 /* Numbers in the order of references along each axis: lo + hi as good as 17 bits of mantissa tell, then the index. Behind them,
  * up to a full vector, what is none. */
-static inline void numbers(const rti_ref *refs, uint32_t count, int32_t low[3][RTI_KD_SWEPT])
+static inline void numbers(const rti_ref *refs, uint32_t count, int32_t low[3][RTI_CELL_SWEPT])
 {
     for (uint32_t i = 0; i < count; i += 4) {
         rti_f4 sum[4], by[4];
@@ -171,7 +171,7 @@ static inline void numbers(const rti_ref *refs, uint32_t count, int32_t low[3][R
         for (uint32_t a = 0; a < 3; a++) {
             rti_i4 bits = (rti_i4)by[a];
             bits ^= bits >> 31 & INT32_MAX;
-            bits = (bits & ~(int32_t)(RTI_KD_SWEPT - 1u)) | ((rti_i4){0, 1, 2, 3} + (int32_t)i);
+            bits = (bits & ~(int32_t)(RTI_CELL_SWEPT - 1u)) | ((rti_i4){0, 1, 2, 3} + (int32_t)i);
             memcpy(low[a] + i, &bits, sizeof bits);
         }
     }
@@ -181,7 +181,7 @@ static inline void numbers(const rti_ref *refs, uint32_t count, int32_t low[3][R
 }
 
 /* Their order: each one's place is how many are below it, so nothing has to be foreseen. */
-static inline void rank(const int32_t low[RTI_KD_SWEPT], uint32_t count, uint8_t order[RTI_KD_SWEPT])
+static inline void rank(const int32_t low[RTI_CELL_SWEPT], uint32_t count, uint8_t order[RTI_CELL_SWEPT])
 {
     for (uint32_t i = 0; i < count; i += LANES) {
         ints own, below = {0};
@@ -220,11 +220,11 @@ static inline rti_f4 blocks_of(rti_i4 count, bool many)
 }
 
 /* The cheapest place to part sorted references at; *cost: what it costs. many: as of blocks_of. */
-static inline uint32_t sweep(const rti_bvh *t, const hull boxes[RTI_KD_SWEPT], const uint8_t order[RTI_KD_SWEPT], uint32_t count,
-                             bool many, float *cost)
+static inline uint32_t sweep(const rti_bvh *t, const hull boxes[RTI_CELL_SWEPT], const uint8_t order[RTI_CELL_SWEPT],
+                             uint32_t count, bool many, float *cost)
 {
-    float left[RTI_KD_SWEPT + SPARE];      /* areas of the first k + 1, */
-    float right[RTI_KD_SWEPT + 2 * SPARE]; /* and of those from k - SPARE on */
+    float left[RTI_CELL_SWEPT + SPARE];      /* areas of the first k + 1, */
+    float right[RTI_CELL_SWEPT + 2 * SPARE]; /* and of those from k - SPARE on */
     const rti_f4 own = rti_f4_set(t->leaf_cost);
     hull lefts = hull_nothing(), rights = lefts;
     rti_f4 best = rti_f4_set(RTK_INF);
@@ -291,9 +291,9 @@ static inline uint32_t part_few(const rti_bvh *t, const rti_ref *refs, uint32_t 
 
 static uint32_t part(const rti_bvh *t, const rti_ref *refs, uint32_t count, float area, rti_ref *sorted)
 {
-    uint8_t order[3][RTI_KD_SWEPT];
-    int32_t low[3][RTI_KD_SWEPT];
-    hull boxes[RTI_KD_SWEPT];
+    uint8_t order[3][RTI_CELL_SWEPT];
+    int32_t low[3][RTI_CELL_SWEPT];
+    hull boxes[RTI_CELL_SWEPT];
     uint32_t at = 0, by = 0;
     float least = RTK_INF;
     if (count == 3 || count == 4)
@@ -324,4 +324,4 @@ static rti_bvh_box around(const rti_ref *refs, uint32_t count)
     return hull_box(all);
 }
 
-const rti_kd_piece_kernels RTI_ISA_FN(rti_kd_piece_kernels) = {refs, part, around};
+const rti_cell_piece_kernels RTI_ISA_FN(rti_cell_piece_kernels) = {refs, part, around};

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "accel/kd_build.h"
+#include "accel/cell_build.h"
 #include "support/generate.h"
 
 enum { SOME = 64, ROUNDS = 400 };
@@ -82,7 +82,7 @@ static void test_refs(void **state)
                 if (!rti_isa_runs((rti_isa)isa))
                     continue;
                 memset(refs, 0, sizeof refs);
-                rti_kd_piece_kernels_at((rti_isa)isa)->refs(&in, cell.lo, cell.hi, prims, count, refs);
+                rti_cell_piece_kernels_at((rti_isa)isa)->refs(&in, cell.lo, cell.hi, prims, count, refs);
                 if (isa == RTI_ISA_GENERIC)
                     memcpy(first, refs, sizeof refs);
                 assert_memory_equal(first, refs, sizeof refs);
@@ -101,7 +101,7 @@ static void test_refs(void **state)
 static double cost_of(const rti_bvh *t, const rti_ref *refs, uint32_t count, bool many)
 {
     double d[3], area;
-    const rti_bvh_box box = rti_kd_piece_kernels_at(RTI_ISA_GENERIC)->around(refs, count);
+    const rti_bvh_box box = rti_cell_piece_kernels_at(RTI_ISA_GENERIC)->around(refs, count);
     for (int a = 0; a < 3; a++)
         d[a] = (double)box.hi[a] - box.lo[a];
     area = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
@@ -158,7 +158,7 @@ static void test_part(void **state)
         for (int isa = 0; isa < RTI_ISA_COUNT; isa++) {
             if (!rti_isa_runs((rti_isa)isa))
                 continue;
-            const uint32_t at = rti_kd_piece_kernels_at((rti_isa)isa)->part(&t, refs, count, area, sorted);
+            const uint32_t at = rti_cell_piece_kernels_at((rti_isa)isa)->part(&t, refs, count, area, sorted);
             if (isa == RTI_ISA_GENERIC) {
                 left = at;
                 memcpy(first, sorted, sizeof sorted);
