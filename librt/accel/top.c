@@ -174,9 +174,11 @@ static rt_status stitch(const top *t, rti_tree_out *all)
         nodes += t->parts[i].out.node_count - 1;
         refs += t->parts[i].out.ref_count;
     }
-    if (nodes > RTI_NODE_MAX || refs > RTI_REF_MAX ||
-        !rti_reserve(t->ctx, &all->nodes, &all->node_capacity, 0, nodes, all->node_size) ||
-        !rti_reserve(t->ctx, (void **)&all->refs, &all->ref_capacity, 0, refs, sizeof *all->refs))
+    if (nodes > RTI_NODE_MAX || refs > RTI_REF_MAX)
+        return RT_ERROR_MEMORY;
+    all->nodes = rti_alloc_array(t->ctx, all->node_capacity = nodes, all->node_size);
+    all->refs = rti_alloc_array(t->ctx, all->ref_capacity = refs, sizeof *all->refs);
+    if (!all->nodes || !all->refs)
         return RT_ERROR_MEMORY;
     memcpy(all->nodes, t->out.nodes, t->out.node_count * all->node_size);
     all->node_count = t->out.node_count;
