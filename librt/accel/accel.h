@@ -16,7 +16,7 @@ static inline bool rti_builds_bvh(uint32_t builder)
 typedef struct rti_build_settings {
     uint32_t builder;   /* RTI_BUILD_* */
     uint32_t max_depth; /* 0: 8 + 1.3 log2(n) for kd (at most 64), 16 for the octree, 48 for the BVH; at most 96 */
-    /* octree: split above it (1024 triangles, 32 balls, 8 other shapes, 16 beside more triangles); kd: cost decides, this only stops
+    /* octree: split above it (1024 where most are triangles, 32 balls, 8 other shapes); kd: cost decides, this only stops
      * at <= it; BVH: no leaf has more. 0: default */
     uint32_t leaf_size;
     float cost_traverse, cost_intersect, empty_bonus; /* <= 0 / NaN: defaults */

@@ -61,7 +61,7 @@ static bool by_fours(const rti_build *b)
  * as slow, single rays 1.03, and trees twice as large; below a 256th single rays are slower. */
 static float intersect_cost(const rti_build *b)
 {
-    return !by_fours(b) ? 1.0f : (b->in->box_count > 0 ? 0.25f : 0.0078125f);
+    return by_fours(b) ? 0.0078125f : 1.0f;
 }
 
 /* And what it costs where it is told from boxes by nothing but planes: needles that lie across each other have no pieces. Planes
@@ -73,11 +73,9 @@ static float intersect_cost(const rti_build *b)
  * the speed. Balls are met by eights. */
 static uint32_t octree_leaf(const rti_build_input *in)
 {
-    if (in->box_count == 0)
-        return 1024;
     if (in->tri_count > in->box_count)
-        return 16;
-    return in->balls && in->tri_count == 0 ? 32 : 8;
+        return 1024;
+    return in->balls ? 32 : 8;
 }
 
 /* Depth and leaves by default; depth at most. */

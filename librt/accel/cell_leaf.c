@@ -3,7 +3,8 @@
  * few, where triangles are listed more and more often (build.c: intersect_cost, octree_leaf). Hundreds are parted
  * by the bins of a BVH's builder, fewer at any place. Pieces of whole blocks would be half as many, but put a wall's triangle
  * together with what stands before it, and every other row of a surface in two: rays were 1.01 to 1.45 times as slow by them. The
- * leaf itself stays as it is.
+ * leaf itself stays as it is. What else it lists goes into pieces of its own: one sphere would else have all of a cell's
+ * triangles met one by one.
  *
  * A piece's box is what lies around its triangles' parts in the box of the leaf (cell_piece.c). The leaf's box
  * is around the parts in its cell, grown, so what is in the cell is in the box grown; a hit in the cell's part of a ray's way is
@@ -28,8 +29,9 @@ typedef struct cutter {
     uint32_t own_count;
     size_t own_capacity;
     rti_ref *items, *spare;
+    uint32_t *prims; /* a leaf's triangles, where there are shapes, too */
     span *spans;
-    size_t item_capacity, spare_capacity, span_capacity, span_count;
+    size_t item_capacity, spare_capacity, prim_capacity, span_capacity, span_count;
 } cutter;
 
 /* Of ranges that are binned, at most so many lie in each other: below them halves are taken as they come. */
@@ -66,6 +68,8 @@ static bool push(cutter *c, span s)
 static bool reserve(cutter *c, uint32_t count)
 {
     rt_context *ctx = c->t->ctx;
+    if (c->t->b->in->box_count > 0 && !rti_reserve(ctx, (void **)&c->prims, &c->prim_capacity, 0, count, sizeof *c->prims))
+        return false;
     return rti_reserve(ctx, (void **)&c->items, &c->item_capacity, 0, count, sizeof *c->items) &&
            rti_reserve(ctx, (void **)&c->spare, &c->spare_capacity, 0, count, sizeof *c->spare);
 }
@@ -87,13 +91,47 @@ static uint32_t take_pair(cutter *c, uint32_t node)
     return pair;
 }
 
+/* The part of a shape's box that is in the leaf's. */
+static rti_ref shape_item(const rti_bvh *t, const rti_cell_node *leaf, uint32_t prim)
+{
+    const float *box = t->b->in->boxes[prim - t->b->in->tri_count];
+    rti_ref ref = {.prim = prim};
+    for (int a = 0; a < 3; a++) {
+        ref.lo[a] = rtk_max(box[a] - t->b->in->grow, leaf->lo[a]);
+        ref.hi[a] = rtk_min(box[3 + a] + t->b->in->grow, leaf->hi[a]);
+    }
+    return ref;
+}
+
+/* What a leaf lists becomes items, triangles before shapes. Returns how many are triangles. */
+static uint32_t take_items(cutter *c, const large *l)
+{
+    const rti_bvh *t = c->t;
+    const rti_cell_node *leaf = &t->cells[l->node];
+    const uint32_t *refs = t->own->refs + l->first;
+    uint32_t tris = 0, shapes = 0;
+    if (t->b->in->box_count == 0) {
+        c->kernels->refs(t->b->in, leaf->lo, leaf->hi, refs, l->count, c->items);
+        return l->count;
+    }
+    for (uint32_t i = 0; i < l->count; i++) {
+        if (refs[i] < t->b->in->tri_count)
+            c->prims[tris++] = refs[i];
+        else
+            c->items[l->count - ++shapes] = shape_item(t, leaf, refs[i]);
+    }
+    if (tris > 0)
+        c->kernels->refs(t->b->in, leaf->lo, leaf->hi, c->prims, tris, c->items);
+    return tris;
+}
+
 static rt_status cut_leaf(cutter *c, const large *l)
 {
     const rti_bvh *t = c->t;
     uint32_t work = 0;
     if (!reserve(c, l->count) || !push(c, (span){0, l->count, l->node, 0}))
         return RT_ERROR_MEMORY;
-    c->kernels->refs(t->b->in, t->cells[l->node].lo, t->cells[l->node].hi, t->own->refs + l->first, l->count, c->items);
+    const uint32_t tris = take_items(c, l);
     while (c->span_count > 0) {
         const span s = c->spans[--c->span_count];
         rti_ref *items = c->items + s.begin;
@@ -110,7 +148,10 @@ static rt_status cut_leaf(cutter *c, const large *l)
             n->lo[a] = box.lo[a];
             n->hi[a] = box.hi[a];
         }
-        if (s.count > RTI_CELL_SWEPT)
+        if (s.begin < tris && tris < s.begin + s.count) {
+            left = tris - s.begin;
+            memcpy(c->spare, items, s.count * sizeof *items);
+        } else if (s.count > RTI_CELL_SWEPT)
             left = part_many(t, items, s.count, s.depth, c->spare);
         else if (s.count > PIECE)
             left = c->kernels->part(t, items, s.count, rti_bvh_area(t, box), c->spare);
@@ -147,17 +188,14 @@ typedef struct job {
     made *made;
 } job;
 
-/* References of a leaf that has more triangles than a piece holds, and nothing else; 0: it is none. */
+/* References of a leaf that has more of them than a piece holds, or of two kinds; 0: it is none. Where there are shapes alone,
+ * cells are small. */
 static uint32_t large_count(const rti_bvh *t, uint32_t node)
 {
     const rtk_kdnode *n = &t->cells[node].node;
     const uint32_t count = n->b >> 2;
-    if ((n->b & 3u) != RTK_KD_LEAF || count <= PIECE)
-        return 0;
-    for (uint32_t i = 0; i < count && t->b->in->box_count > 0; i++)
-        if (t->own->refs[n->a + i] >= t->b->in->tri_count)
-            return 0;
-    return count;
+    const bool many = count > PIECE || (count == 2 && t->b->in->box_count > 0);
+    return (n->b & 3u) == RTK_KD_LEAF && many && t->b->in->tri_count > 0 ? count : 0;
 }
 
 static void take_leaf(rti_bvh *t, uint32_t node)
@@ -204,6 +242,7 @@ static void cut_task(void *data, uint32_t index)
     m->got = take_leaves(j->t, &c, index * CHUNK, end_of(j, index));
     rti_free(ctx, c.items, c.item_capacity * sizeof *c.items);
     rti_free(ctx, c.spare, c.spare_capacity * sizeof *c.spare);
+    rti_free(ctx, c.prims, c.prim_capacity * sizeof *c.prims);
     rti_free(ctx, c.spans, c.span_capacity * sizeof *c.spans);
     m->own = c.own;
     m->count = c.own_count;

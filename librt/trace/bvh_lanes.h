@@ -83,6 +83,15 @@ RTI_VEC int bvh_larger(const rtk_tree *tree, size_t bytes)
 {
     return tree->block_count > bytes / sizeof *tree->blocks || tree->ball_count > bytes / BVH_BALL_BYTES;
 }
+
+/* Has a group so many more triangles than shapes that its rays go as a mesh's do? (As packets, rays in sponza among 50 spheres were
+ * half as fast; among 1000 spheres on 4000 triangles they are 1.2 times as fast.) */
+#define BVH_MESH 8u
+RTI_VEC int bvh_mostly_mesh(const rtk_group *g)
+{
+    return g->shape_count <= g->tri_count / BVH_MESH;
+}
+
 RTI_VEC int bvh_large(const rtk_tree *tree)
 {
     return bvh_larger(tree, BVH_LARGE);

@@ -352,6 +352,16 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
 
 #include "bvh_moved.inl"
 
+/* Whether a block's rays have hit something that may lack anything: what is of other geometries than these, the scene's own first and
+ * last of shapes, is of triangles. */
+RTI_VEC int RTK_NAME(finish_some)(const rtk_hit_block *h, rtk_u32 first, rtk_u32 last)
+{
+    rtk_u32 some = 0u;
+    for (rtk_u32 k = 0u; k < RTK_BLOCK; k++)
+        some |= (rtk_u32)(h->geom[k] - first <= last - first) | (rtk_u32)(h->inst[k] != RTK_INVALID);
+    return some != 0u;
+}
+
 /* Asks for the shapes that a block of rays has hit. */
 RTI_VEC void RTK_NAME(finish_expect)(const rtk_scene *scene, const rtk_hit_block *h)
 {
@@ -369,9 +379,15 @@ static void RTK_NAME(finish)(const rtk_scene *scene, const rtk_trace_block *rays
     const rtk_group *own = scene->groups;
     if ((RTK_MODE & RTK_MODE_ANY) || (own->shape_count == 0u && scene->instance_count == 0u))
         return;
+    const rtk_u32 first = own->shape_count != 0u ? own->shapes->geom : 0u; /* in this order, too */
+    const rtk_u32 last = own->shape_count != 0u ? own->shapes[own->shape_count - 1u].geom : 0u;
     for (uint32_t i = 0u; i < count; i++) {
         const rtk_hit_block *h = &hits[i / RTK_BLOCK];
         const rtk_u32 k = i % RTK_BLOCK, inst = h->inst[k];
+        if (k == 0u && !RTK_NAME(finish_some)(h, first, last)) {
+            i += RTK_BLOCK - 1u;
+            continue;
+        }
         if (k == 0u && count - i >= 2u * RTK_BLOCK)
             RTK_NAME(finish_expect)(scene, h + 1);
         const rtk_group *g = inst == RTK_INVALID ? own : &scene->groups[scene->instances[inst].group];

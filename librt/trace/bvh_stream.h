@@ -157,10 +157,10 @@ RTI_VEC void streams_begin(streams *a, const rtk_scene *scene, const rtk_trace_b
     a->told = a->spared = 0u;
 }
 
-/* May the rays of a group go this way? */
+/* May the rays of a group go this way? Of a mesh, with some shapes beside it that are asked one by one, or among spheres. */
 RTI_VEC int stream_fits(const rtk_group *g, const rtk_part *part)
 {
-    return (g->flags & RTK_GROUP_PLAIN) && (g->shape_count == 0u ? part->bvh.block_count : part->bvh.ball_count) != 0u;
+    return (g->flags & RTK_GROUP_PLAIN) && (part->bvh.ball_count != 0u || (part->bvh.block_count != 0u && bvh_mostly_mesh(g)));
 }
 
 /* Behind this no box is entered by a ray whose hits' sums with the shift are to be no more than t. */

@@ -179,10 +179,10 @@ RTI_VEC void pencil_open_batch(pencil *p, const rtk_scene *scene, const rtk_trac
     }
 }
 
-/* May a group's rays go in pencils? There they meet triangles alone, of which every hit counts. */
+/* May a group's rays go in pencils? There they meet triangles for the most part, and every hit counts. */
 RTI_VEC int pencil_fits(const rtk_group *g)
 {
-    if (!(g->flags & RTK_GROUP_PLAIN) || g->shape_count != 0u || g->part_count == 0u)
+    if (!(g->flags & RTK_GROUP_PLAIN) || !bvh_mostly_mesh(g) || g->part_count == 0u)
         return 0;
     for (rtk_u32 k = 0u; k < g->part_count; k++)
         if (g->parts[k].bvh.block_count == 0u)

@@ -2,7 +2,7 @@
 #ifndef RTI_PENCIL_WALK_H
 #define RTI_PENCIL_WALK_H
 
-#include "pencil_meet.h"
+#include "pencil_shape.h"
 
 #define PENCIL_NODES   8u            /* nodes a ray that a pencil may open before it has come apart, */
 #define PENCIL_LEAVES  2u            /* and leaves a ray that it may look through, */
@@ -160,16 +160,6 @@ RTI_VEC rtk_u32 pencil_places(rtk_u32 at, rtk_u32 begin, rtk_u32 end)
     return end - at < 4u ? from & ((1u << (end - at)) - 1u) : from;
 }
 
-/* A leaf without blocks, ray by ray. */
-RTI_APART void pencil_refs(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles)
-{
-    const rtk_u32 *refs = p->part->bvh.refs + n->child[slot];
-    for (rtk_u32 k = 0u; k < n->count[slot]; k++)
-        for (pencil_bits l = bundles; l != 0u; l &= l - 1u)
-            for (rtk_u32 i = PENCIL_FIRST(l), lanes = p->live[i]; lanes != 0u; lanes &= lanes - 1u)
-                pencil_ask(p, mode, i, (rtk_u32)__builtin_ctz(lanes), refs[k]);
-}
-
 /* The triangles `keep` of a block, four places from `at` on, for all rays that meet the leaf, which are known. */
 RTI_VEC void pencil_all(pencil *p, rtk_u32 mode, rtk_u32 at, rtk_u32 keep, pencil_at *a, int one)
 {
@@ -218,11 +208,13 @@ RTI_APART void pencil_leaf(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u3
     pencil_at a;
     a.bundles = bundles;
     a.known = a.listed = 0u;
+    p->leaves++;
     if (begin >= 4u * tree->block_count) {
-        pencil_refs(p, mode, n, slot, bundles);
+        pencil_tell(p, n, slot, &a);
+        p->told += a.count;
+        pencil_refs(p, mode, n, slot, a.bundles, a.rays);
         return;
     }
-    p->leaves++;
     if (!one || PENCIL_COUNT(bundles) <= PENCIL_BUNDLED) {
         pencil_tell(p, n, slot, &a);
         p->told += a.count;

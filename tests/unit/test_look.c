@@ -15,6 +15,8 @@ static rt_scene *make(rt_context *ctx, rt_scene **child)
     for (int i = 0; i < 60; i++)
         kit_sphere(s, 3.0f * sinf((float)i), 0.1f * (float)(i % 17), 3.0f * cosf(1.7f * (float)i), 0.1f + 0.01f * (float)(i % 7));
     c.accel = "kdtree,octree"; /* whose cells do not overlap */
+    c.leaf_size = 4;
+    c.cost_intersect = 0.25f;
     kit_ok(ctx, rt_scene_commit(*child, &c));
     kit_ok(ctx, rt_scene_commit(s, &c));
     return s;
@@ -95,9 +97,10 @@ static void test_builders_costs(void **state)
     d.builder = "exact";
     kit_ok(ctx, rt_scene_commit(s, &d));
     assert_true(shape_of(s, &q).cost_intersect == 0.0078125f);
-    kit_sphere(s, 3.0f, 0.0f, 0.0f, 0.5f); /* shapes are met one by one */
+    for (int i = 0; i < 2; i++) /* as many shapes are met one by one */
+        kit_sphere(s, 3.0f, 2.0f * (float)i, 0.0f, 0.5f);
     kit_ok(ctx, rt_scene_commit(s, &d));
-    assert_true(shape_of(s, &q).cost_intersect == 0.25f);
+    assert_true(shape_of(s, &q).cost_intersect == 1.0f);
     d.builder = "paper"; /* as published: a triangle costs a step */
     kit_ok(ctx, rt_scene_commit(s, &d));
     assert_true(shape_of(s, &q).cost_intersect == 1.0f && shape_of(s, &q).cost_traverse == 1.0f);

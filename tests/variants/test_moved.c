@@ -249,12 +249,14 @@ static void make_bodies(rtk_shape *bodies, uint32_t count)
     }
 }
 
-/* 0: triangles, 1: with planes, 2: bodies, 3: bodies with planes, 4: triangles and bodies, of which some rays see nothing. */
+/* 0: triangles, 1: with planes, 2: bodies, 3: bodies with planes, 4: triangles of which some rays see nothing, 5: triangles and
+ * some bodies. */
 static void test_groups(void **state)
 {
-    static const char *const words[] = {"triangles", "triangles, planes", "bodies", "bodies, planes", "triangles under masks"};
+    static const char *const words[] = {"triangles",      "triangles, planes",     "bodies",
+                                        "bodies, planes", "triangles under masks", "triangles, bodies"};
     (void)state;
-    for (int way = 0; way < 5; way++) {
+    for (int way = 0; way < 6; way++) {
         rt_context_desc d = rt_context_desc_default();
         rt_context *ctx;
         rtk_shape bodies[160];
@@ -265,10 +267,12 @@ static void test_groups(void **state)
         test_world_init(&w, ctx);
         make_triangles(&m);
         make_bodies(bodies, 160);
-        if (way < 2 || way == 4)
+        if (way < 2 || way > 3)
             test_world_mesh(&w, 0, &m, way == 4 ? 0x7fffffffu : ALL);
         if (way == 2 || way == 3)
             test_world_shapes(&w, 0, bodies, 160, ALL);
+        if (way == 5)
+            test_world_shapes(&w, 0, bodies, 40, ALL);
         if (way == 1 || way == 3) {
             test_world_plane(&w, 0, (const float[3]){0, -0.3f, 0}, (const float[3]){0.1f, 1, 0.2f}, ALL);
             test_world_plane(&w, 0, (const float[3]){0, -0.3f, 0}, (const float[3]){0.1f, 1, 0.2f}, ALL);

@@ -329,10 +329,14 @@ static rt_context *context(void)
     return ctx;
 }
 
+/* So many shapes of all kinds stand beside the mesh, less than are worth another way. */
+static uint32_t shapes_beside;
+
 /* A mesh by every builder, or by one of them. */
 static void with_mesh_by(test_mesh *m, float scale, float move, const char *what, unsigned least, int only)
 {
     static const uint32_t bvh[] = {0, RTI_BUILD_BVH_SPATIAL, RTI_BUILD_BVH_COMPACT};
+    rtk_shape shapes[100];
     rt_context *ctx = context();
     test_mesh_place(m, scale, move);
     for (uint32_t i = 0; i < 3; i++) {
@@ -342,6 +346,8 @@ static void with_mesh_by(test_mesh *m, float scale, float move, const char *what
         test_world_init(&w, ctx);
         w.bvh_builder = bvh[i];
         test_world_mesh(&w, 0, m, 0xffffffffu);
+        if (shapes_beside > 0)
+            test_world_shapes(&w, 0, shapes, test_shapes_of_all_kinds(shapes, shapes_beside, 12), 0xffffffffu);
         assert_int_equal(test_world_commit(&w, &(rti_build_settings){.builder = i ? RTI_BUILD_KD_EXACT : RTI_BUILD_KD_BINNED}),
                          RT_OK);
         sweep(&w, ROUNDS, BATCH, what, bvh[i] == RTI_BUILD_BVH_COMPACT ? 0 : least,
@@ -364,6 +370,16 @@ static void test_soup(void **state)
     test_mesh_soup(&m, 800, 0.2f, 5);
     test_mesh_soup(&m, 8, 3.0f, 6);
     with_mesh(&m, 1.0f, 0.0f, "soup", 60);
+}
+
+static void test_among_shapes(void **state)
+{
+    test_mesh m = {0};
+    (void)state;
+    test_mesh_soup(&m, 800, 0.2f, 5);
+    shapes_beside = 100;
+    with_mesh(&m, 1.0f, 0.0f, "soup among shapes", 60);
+    shapes_beside = 0;
 }
 
 static void test_small(void **state)
@@ -587,7 +603,8 @@ int main(void)
                                        cmocka_unit_test(test_floor),     cmocka_unit_test(test_needles),
                                        cmocka_unit_test(test_lattice),   cmocka_unit_test(test_nested),
                                        cmocka_unit_test(test_one),       cmocka_unit_test(test_scaled_and_moved),
-                                       cmocka_unit_test(test_planes),    cmocka_unit_test(test_two_parts),
-                                       cmocka_unit_test(test_apart),     cmocka_unit_test(test_learned)};
+                                       cmocka_unit_test(test_planes),    cmocka_unit_test(test_among_shapes),
+                                       cmocka_unit_test(test_two_parts), cmocka_unit_test(test_apart),
+                                       cmocka_unit_test(test_learned)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

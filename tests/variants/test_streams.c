@@ -32,9 +32,9 @@ static answers brute, other;
 typedef struct kind {
     const char *what;
     float near, size;
-    uint32_t octant; /* all point into octant `octant` - 1; 0: everywhere */
-    uint32_t mask;   /* of the geometry; one that is not full keeps rays from the quickest ways */
-    bool plane;
+    uint32_t octant;             /* all point into octant `octant` - 1; 0: everywhere */
+    uint32_t mask;               /* of the geometry; one that is not full keeps rays from the quickest ways */
+    bool plane, shapes;          /* there is one, are some, too */
     uint32_t count, least, most; /* how many rays, and of how many there are to be hits */
     bool crowded;                /* lists of the BVH's streams find no room where they are few */
     float shrink, length;        /* unless 0: origins, tmax and directions are so many times as large */
@@ -166,12 +166,16 @@ static void below(test_world *w)
 
 static void with_mesh(const test_mesh *m, const kind *a)
 {
+    enum { SHAPES = 60 };
+    rtk_shape shapes[SHAPES];
     rt_context *ctx = context();
     test_world w;
     test_world_init(&w, ctx);
     test_world_mesh(&w, 0, m, a->mask);
     if (a->plane)
         below(&w);
+    if (a->shapes)
+        test_world_shapes(&w, 0, shapes, test_shapes_of_all_kinds(shapes, SHAPES, 12), a->mask);
     assert_int_equal(test_world_commit(&w, NULL), RT_OK);
     fill(a, 11);
     sweep(&w.scene, a);
@@ -189,6 +193,7 @@ static void test_room_of_triangles(void **state)
         {.what = "into the last octant", .near = 0.5f, .octant = 8, .mask = ALL, .count = MOST, .least = MOST / 2, .most = MOST},
         {.what = "beside each other, masks", .near = 0.5f, .mask = 0x7fffffffu, .count = FEW, .least = FEW / 2, .most = FEW},
         {.what = "beside a plane", .near = 0.5f, .mask = ALL, .plane = true, .count = FEW, .least = FEW / 2, .most = FEW},
+        {.what = "beside shapes", .near = 0.5f, .mask = ALL, .shapes = true, .count = MOST, .least = MOST / 2, .most = MOST},
         {.what = "rays all over", .size = 1.5f, .mask = ALL, .count = MOST, .least = MOST / 4, .most = MOST}};
     test_mesh m = {0};
     (void)state;

@@ -322,8 +322,8 @@ typedef struct rt_commit_desc {
     uint32_t struct_size;
     const char *accel; /**< trees to build: "auto" ("bvh"; "kdtree" where the builder is one of its), "kdtree", "octree", "bvh", "brute" (none), or several with commas */
     const char *builder; /**< "auto"; kd-tree: "exact", "binned", "paper" (exact, depth up to 96); BVH: "compact" (no copies of vertices), "spatial" (spatial splits) */
-    uint32_t max_depth, leaf_size;                     /**< 0: the builder's own */
-    /** 0: the builder's own. Costs in steps: of an inner node and a primitive (a kd-tree over triangles alone: 1/128, and 1/16 for planes that part
+    uint32_t max_depth, leaf_size; /**< 0: the builder's own; of an octree a cell of 1024, where there are no more triangles than shapes of 8, or 32 spheres */
+    /** 0: the builder's own. Costs in steps: of an inner node and a primitive (1/128 in cells of a kd-tree or an octree over more triangles than shapes, else 1; of a kd-tree 1/16 for planes that part
      *  about as well as boxes or better; a given one stands for both); what a plane is cheaper by that cuts off nothing but space, 0 ... 1 (above 0.95 as 0.95) */
     float cost_traverse, cost_intersect, empty_bonus;
     float duplication; /**< bound of references per primitive; 0: the builder's own */

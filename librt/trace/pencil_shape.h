@@ -1,0 +1,80 @@
+/* Shapes in a pencil's way, for hot files: spheres and boxes for RTI_SIMD rays of a bundle at a time, as packets meet them, others ray
+ * by ray. So a mesh's rays go as pencils though there are shapes beside it; what is of shapes alone goes as packets or streams. */
+#ifndef RTI_PENCIL_SHAPE_H
+#define RTI_PENCIL_SHAPE_H
+
+#include "packet_shape.h"
+#include "pencil_meet.h"
+
+/* Lanes `hit` of a bundle's block from k on meet a shape at t; returns those of equal hits, whose order is to be asked for. */
+RTI_VEC rtk_u32 pencil_take_shape(pencil *p, rtk_u32 mode, const rtk_shape *shape, rtk_u32 bundle, rtk_u32 k, rtk_u32 hit, vec t)
+{
+    if (mode & RTK_MODE_ANY) {
+        pencil_done(p, bundle, hit << k);
+        return 0u;
+    }
+    rtk_hit_block *h = &p->hits[p->block[bundle]];
+    float each[RTI_SIMD];
+    rtk_u32 take = hit & VM(bits)(V(lt)(t, V(load)(h->t + k)));
+    hit &= VM(bits)(V(eq)(t, V(load)(h->t + k)));
+    V(store)(each, t);
+    p->changed |= (pencil_bits)(take != 0u) << bundle;
+    for (; take != 0u; take &= take - 1u) {
+        const rtk_u32 i = (rtk_u32)__builtin_ctz(take);
+        h->t[k + i] = each[i];
+        h->u[k + i] = h->v[k + i] = 0.0f;
+        h->prim[k + i] = shape->prim;
+        h->geom[k + i] = shape->geom;
+    }
+    return hit;
+}
+
+/* Of `lanes` those that enter a slot's box no farther than `most`. */
+RTI_VEC rtk_u32 pencil_slab(const packet_rays *r, const rtk_bvhnode *n, rtk_u32 slot, vec most, rtk_u32 lanes)
+{
+    vec t0 = r->tmin, t1 = most;
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const vec a = (V(set)(n->box[k][0][slot]) - r->org[k]) * r->inv[k], b = (V(set)(n->box[k][1][slot]) - r->org[k]) * r->inv[k];
+        t0 = V(max)(t0, V(min)(a, b));
+        t1 = V(min)(t1, V(max)(a, b));
+    }
+    return lanes & VM(bits)(V(le)(t0, t1));
+}
+
+/* A leaf without blocks for `lanes` of a bundle from k on. */
+RTI_VEC void pencil_refs_for(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 bundle, rtk_u32 k, rtk_u32 lanes)
+{
+    const rtk_group *group = p->scene->groups;
+    const rtk_u32 *refs = p->part->bvh.refs + n->child[slot], g = p->block[bundle];
+    packet_rays r;
+    packet_rays_load(&r, &p->rays[g], k);
+    for (rtk_u32 i = 0u; i < n->count[slot]; i++) {
+        const rtk_shape *shape = refs[i] >= group->tri_count ? &group->shapes[refs[i] - group->tri_count] : NULL;
+        const vec most = mode & RTK_MODE_ANY ? r.tmax : V(load)(p->hits[g].t + k);
+        rtk_u32 hit = 0u, ask;
+        vec t;
+        lanes = pencil_slab(&r, n, slot, most, lanes) & p->live[bundle] >> k;
+        if (lanes == 0u)
+            return;
+        ask = lanes;
+        if (shape)
+            hit = shape_hits(&r, shape, p->part->scale, most, lanes, &t, &ask);
+        if (hit != 0u)
+            ask |= pencil_take_shape(p, mode, shape, bundle, k, hit, t);
+        for (; ask != 0u; ask &= ask - 1u)
+            pencil_ask(p, mode, bundle, k + (rtk_u32)__builtin_ctz(ask), refs[i]);
+    }
+}
+
+/* A leaf without blocks for the rays of some bundles. */
+RTI_APART void pencil_refs(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles,
+                           const uint16_t rays[BUNDLES])
+{
+    for (; bundles != 0u; bundles &= bundles - 1u) {
+        const rtk_u32 i = PENCIL_FIRST(bundles);
+        for (rtk_u32 h = 0u; h < PENCIL_HALVES; h++)
+            pencil_refs_for(p, mode, n, slot, i, h * RTI_SIMD, pencil_lanes(rays[i] & p->live[i], h));
+    }
+}
+
+#endif
