@@ -358,4 +358,54 @@ RTI_APART void pencil_fours(pencil *p, rtk_u32 mode, const rtk_bvhblock *b, cons
 }
 #endif
 
+/* A slot's box as rays of a pencil are asked for it: the depths between which it lies, and what its sides are of the others. */
+typedef struct pencil_box {
+    vec in, out, low[2], high[2];
+} pencil_box;
+RTI_VEC pencil_box pencil_box_of(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot)
+{
+    const float zl = n->box[p->kz][0][slot], zh = n->box[p->kz][1][slot];
+    const float in = p->turn > 0.0f ? zl - p->high[2] : p->low[2] - zh, out = p->turn > 0.0f ? zh - p->low[2] : p->high[2] - zl;
+    const pencil_box box = {
+        V(set)(rtk_max(in, 0.0f)),
+        V(set)(out),
+        {V(set)(n->box[p->kx][0][slot] - p->high[0]), V(set)(n->box[p->ky][0][slot] - p->high[1])},
+        {V(set)(n->box[p->kx][1][slot] - p->low[0]), V(set)(n->box[p->ky][1][slot] - p->low[1])},
+    };
+    return box;
+}
+
+/* The rays of a bundle that meet a box: where rays start on what has corners, as seen from the apex, a rectangle is wider than
+ * its rays; where triangles are small, few of a bundle meet a leaf. */
+RTI_VEC rtk_u32 pencil_near_rays(const pencil *p, const pencil_box *box, rtk_u32 i)
+{
+    const rtk_u32 g = p->block[i];
+    rtk_u32 met = 0u;
+    for (rtk_u32 h = 0u; h < PENCIL_HALVES; h++) {
+        const vec to = V(min)(V(set)(1.0f + PENCIL_U) * V(load)(p->to[g] + h * RTI_SIMD) + V(set)(p->margin), box->out);
+        rtk_u32 lanes = pencil_lanes(p->live[i], h) & VM(bits)(V(le)(box->in, to));
+        for (rtk_u32 k = 0u; k < 2u; k++) {
+            const vec s = V(set)(p->turn) * V(load)(p->slope[k][g] + h * RTI_SIMD), a = s * box->in, b = s * to;
+            lanes &= VM(bits)(V(le)(box->low[k], V(max)(a, b)));
+            lanes &= VM(bits)(V(le)(V(min)(a, b), box->high[k]));
+        }
+        met |= lanes << h * RTI_SIMD;
+    }
+    return met;
+}
+
+/* Of some bundles those of which rays meet a slot's box, and which rays. */
+RTI_APART pencil_bits pencil_near(const pencil *p, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles,
+                                  uint16_t rays[BUNDLES])
+{
+    const pencil_box box = pencil_box_of(p, n, slot);
+    pencil_bits some = 0u;
+    for (; bundles != 0u; bundles &= bundles - 1u) {
+        const rtk_u32 i = PENCIL_FIRST(bundles);
+        rays[i] = (uint16_t)pencil_near_rays(p, &box, i);
+        some |= (pencil_bits)(rays[i] != 0u) << i;
+    }
+    return some;
+}
+
 #endif

@@ -67,11 +67,13 @@ RTI_VEC void pencil_refs_for(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_
 }
 
 /* A leaf without blocks for the rays of some bundles. */
-RTI_APART void pencil_refs(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles,
-                           const uint16_t rays[BUNDLES])
+RTI_APART void pencil_refs(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, pencil_bits bundles)
 {
-    for (; bundles != 0u; bundles &= bundles - 1u) {
+    uint16_t rays[BUNDLES];
+    p->leaves++;
+    for (bundles = pencil_near(p, n, slot, bundles, rays); bundles != 0u; bundles &= bundles - 1u) {
         const rtk_u32 i = PENCIL_FIRST(bundles);
+        p->told += (rtk_u32)__builtin_popcount(rays[i]);
         for (rtk_u32 h = 0u; h < PENCIL_HALVES; h++)
             pencil_refs_for(p, mode, n, slot, i, h * RTI_SIMD, pencil_lanes(rays[i] & p->live[i], h));
     }
