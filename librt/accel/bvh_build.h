@@ -137,7 +137,7 @@ static inline void rti_bvh_set_areas(rti_bvh *t)
     const rti_build_input *in = t->b->in;
     t->unit = rti_bvh_unit(in->lo, in->hi);
     t->root_area = rti_bvh_area_of(t, in->lo, in->hi);
-    t->many_area = t->blocks && in->box_count <= in->tri_count / 8 ? 0.03f * t->root_area : RTK_INF; /* as streams go */
+    t->many_area = t->blocks && in->box_count <= in->tri_count / RTK_BVH_MESH ? 0.03f * t->root_area : RTK_INF; /* as streams go */
 }
 
 static inline float rti_bvh_node_area(const rti_bvh *t, uint32_t node)

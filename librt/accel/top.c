@@ -176,8 +176,10 @@ static rt_status stitch(const top *t, rti_tree_out *all)
     }
     if (nodes > RTI_NODE_MAX || refs > RTI_REF_MAX)
         return RT_ERROR_MEMORY;
-    all->nodes = rti_alloc_array(t->ctx, all->node_capacity = nodes, all->node_size);
-    all->refs = rti_alloc_array(t->ctx, all->ref_capacity = refs, sizeof *all->refs);
+    all->node_capacity = nodes;
+    all->ref_capacity = refs;
+    all->nodes = rti_alloc_array(t->ctx, nodes, all->node_size);
+    all->refs = rti_alloc_array(t->ctx, refs, sizeof *all->refs);
     if (!all->nodes || !all->refs)
         return RT_ERROR_MEMORY;
     memcpy(all->nodes, t->out.nodes, t->out.node_count * all->node_size);

@@ -19,6 +19,9 @@
     ((RTK_BVH_WIDTH - 1u) * RTK_BVH_DEPTH + 1u + RTK_BVH_WIDTH) /* a level leaves at most seven slots waiting                    \
                                                                  */
 
+/* A group of so many times more triangles than shapes is built and walked as a mesh. */
+#define RTK_BVH_MESH 8u
+
 /* The slots of a node that a ray enters, with where; order is that of slots. Returns how many. back: 1 for each axis the ray runs
  * down. */
 typedef struct rtk_bvhslot {

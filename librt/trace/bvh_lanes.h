@@ -86,10 +86,9 @@ RTI_VEC int bvh_larger(const rtk_tree *tree, size_t bytes)
 
 /* Has a group so many more triangles than shapes that its rays go as a mesh's do? (As packets, rays in sponza among 50 spheres were
  * half as fast; among 1000 spheres on 4000 triangles they are 1.2 times as fast.) */
-#define BVH_MESH 8u
 RTI_VEC int bvh_mostly_mesh(const rtk_group *g)
 {
-    return g->shape_count <= g->tri_count / BVH_MESH;
+    return g->shape_count <= g->tri_count / RTK_BVH_MESH;
 }
 
 RTI_VEC int bvh_large(const rtk_tree *tree)

@@ -352,8 +352,8 @@ static void RTK_NAME(plain)(const rtk_scene *scene, const rtk_trace_block *rays,
 
 #include "bvh_moved.inl"
 
-/* Whether a block's rays have hit something that may lack anything: what is of other geometries than these, the scene's own first and
- * last of shapes, is of triangles. */
+/* Whether a whole block's rays have hit something that may lack anything: what is of geometries before the scene's own first of
+ * shapes, or behind the last, is of triangles. */
 RTI_VEC int RTK_NAME(finish_some)(const rtk_hit_block *h, rtk_u32 first, rtk_u32 last)
 {
     rtk_u32 some = 0u;
@@ -384,7 +384,7 @@ static void RTK_NAME(finish)(const rtk_scene *scene, const rtk_trace_block *rays
     for (uint32_t i = 0u; i < count; i++) {
         const rtk_hit_block *h = &hits[i / RTK_BLOCK];
         const rtk_u32 k = i % RTK_BLOCK, inst = h->inst[k];
-        if (k == 0u && !RTK_NAME(finish_some)(h, first, last)) {
+        if (k == 0u && count - i >= RTK_BLOCK && !RTK_NAME(finish_some)(h, first, last)) {
             i += RTK_BLOCK - 1u;
             continue;
         }
