@@ -228,10 +228,7 @@ static void fill(const test_targets *t, test_rng *rng, enum way way, uint32_t ro
     }
 }
 
-static uint32_t whole_blocks(uint32_t count)
-{
-    return (count + RTK_BLOCK - 1) / RTK_BLOCK * RTK_BLOCK;
-}
+#define WHOLE_BLOCKS(count) (((count) + RTK_BLOCK - 1) / RTK_BLOCK * RTK_BLOCK)
 
 /* behind: from this ray on no hit may be written. */
 static void compare(const char *what, enum way way, const char *name, uint32_t count, uint32_t behind)
@@ -299,7 +296,7 @@ static void sweep(const test_world *w, uint32_t rounds, uint32_t size, const cha
                 scratch.stats.together = 0;
             tracer->occluded(&w->scene, rays, seen, count, RTI_TRACE_COHERENT, &scratch);
             /* What goes on as others do is written by whole blocks. */
-            compare(what, way, tracer->name, count, scratch.learned.apart[0] ? whole_blocks(count) : count);
+            compare(what, way, tracer->name, count, scratch.learned.apart[0] ? WHOLE_BLOCKS(count) : count);
             if (tracer->tree == RTK_TREE_BVH) {
                 asked[way] += (way == LIGHT ? 1u : 2u) * count;
                 together[way] += scratch.stats.together;
@@ -363,22 +360,17 @@ static void with_mesh(test_mesh *m, float scale, float move, const char *what, u
     with_mesh_by(m, scale, move, what, least, -1);
 }
 
+/* Alone, and among shapes. */
 static void test_soup(void **state)
 {
-    test_mesh m = {0};
     (void)state;
-    test_mesh_soup(&m, 800, 0.2f, 5);
-    test_mesh_soup(&m, 8, 3.0f, 6);
-    with_mesh(&m, 1.0f, 0.0f, "soup", 60);
-}
-
-static void test_among_shapes(void **state)
-{
-    test_mesh m = {0};
-    (void)state;
-    test_mesh_soup(&m, 800, 0.2f, 5);
-    shapes_beside = 100;
-    with_mesh_by(&m, 1.0f, 0.0f, "soup among shapes", 60, test_fewer() ? 0 : -1);
+    for (uint32_t beside = 0; beside <= 100; beside += 100) {
+        test_mesh m = {0};
+        test_mesh_soup(&m, 800, 0.2f, 5);
+        test_mesh_soup(&m, 8, 3.0f, 6);
+        shapes_beside = beside;
+        with_mesh_by(&m, 1.0f, 0.0f, beside ? "soup among shapes" : "soup", 60, beside && test_fewer() ? 0 : -1);
+    }
     shapes_beside = 0;
 }
 
@@ -564,7 +556,7 @@ static void learned(const test_world *w, const char *what)
             memset(got, 0x55, sizeof got);
             tracer->intersect(&w->scene, rays, got, count, RTI_TRACE_COHERENT, &scratch);
             tracer->occluded(&w->scene, rays, seen, count, RTI_TRACE_COHERENT, &scratch);
-            compare(what, way, tracer->name, count, whole_blocks(count)); /* as without a hint */
+            compare(what, way, tracer->name, count, WHOLE_BLOCKS(count)); /* as without a hint */
             for (int any = 0; any < 2 && tracer->tree == RTK_TREE_BVH; any++) {
                 left += known[i].left[any] != 0;
                 odd += known[i].left[any] != 0 && count % RTK_BLOCK != 0;
@@ -603,8 +595,7 @@ int main(void)
                                        cmocka_unit_test(test_floor),     cmocka_unit_test(test_needles),
                                        cmocka_unit_test(test_lattice),   cmocka_unit_test(test_nested),
                                        cmocka_unit_test(test_one),       cmocka_unit_test(test_scaled_and_moved),
-                                       cmocka_unit_test(test_planes),    cmocka_unit_test(test_among_shapes),
-                                       cmocka_unit_test(test_two_parts), cmocka_unit_test(test_apart),
-                                       cmocka_unit_test(test_learned)};
+                                       cmocka_unit_test(test_planes),    cmocka_unit_test(test_two_parts),
+                                       cmocka_unit_test(test_apart),     cmocka_unit_test(test_learned)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
