@@ -66,11 +66,9 @@ static value leaf_value(const rti_bvh *t, uint32_t node)
     const float cost = n->count > 0 ? rti_bvh_leaf_total(t, area_of(t, node), n->count) : 0.0f;
     for (uint32_t i = 0; i < SLOTS; i++)
         v.cost[i] = cost;
-    const uint32_t look = rtk_umin(n->count, t->own && t->b->in->box_count > 0 ? n->count : 1); /* a BVH's are of one kind */
-    for (uint32_t i = 0; i < look; i++) {
-        const bool tri = t->order[n->child + i] < t->b->in->tri_count;
-        v.tris |= tri;
-        v.others |= !tri;
+    if (n->count > 0) { /* of one kind */
+        v.tris = t->order[n->child] < t->b->in->tri_count;
+        v.others = !v.tris;
     }
     return v;
 }

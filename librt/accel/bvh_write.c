@@ -110,16 +110,10 @@ static void put_lanes(const writer *w, const uint32_t *prims, uint32_t count, ui
     }
 }
 
-/* A leaf of triangles alone; that of a BVH holds one kind of primitives. */
+/* A leaf of triangles; it holds one kind of primitives. */
 static bool in_blocks(const rti_bvh *t, leaf l)
 {
-    const uint32_t look = t->b->in->box_count == 0 ? 0 : (t->own ? l.count : 1);
-    if (!t->blocks || l.count == 0)
-        return false;
-    for (uint32_t i = 0; i < look; i++)
-        if (l.prims[i] >= t->b->in->tri_count)
-            return false;
-    return true;
+    return t->blocks && l.count > 0 && l.prims[0] < t->b->in->tri_count;
 }
 
 /* Places of a node's blocks that its leaves have not filled. */

@@ -6,6 +6,7 @@
 #include "vectors.h"
 
 #define STACK_MAX (7u * RTK_OCT_DEPTH + 8u)
+
 /* lo, hi: of a leaf, as of an rti_cell_node. */
 typedef struct oct_node {
     rtk_octnode node;

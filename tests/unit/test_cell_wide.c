@@ -68,15 +68,17 @@ static entry *look_at(const rtk_tree *tree, uint32_t refs, const leaf *wide, uin
     *count = 0;
     for (uint32_t i = 0; i < n; i++) {
         const bool plain = wide[i].first >= RTK_BVH_BLOCK * tree->block_count;
-        bool other = false;
+        bool other = false, tri = false;
         for (uint32_t j = 0; j < wide[i].count; j++) {
             const uint32_t prim = tree->refs[wide[i].first + j];
             other |= prim >= tri_count;
+            tri |= prim < tri_count;
             for (uint32_t k = 0; k < j; k++)
                 assert_int_not_equal(tree->refs[wide[i].first + k], prim);
             all[(*count)++] = (entry){prim, i};
         }
         assert_int_equal(other, plain);
+        assert_int_equal(tri, !plain);
         assert_true(plain || wide[i].count <= 16);
         others += plain;
     }

@@ -295,8 +295,9 @@ static void sweep(const test_world *w, uint32_t rounds, uint32_t size, const cha
             if (way == LIGHT) /* closest hits of rays that run to one point are no pencil's */
                 scratch.stats.together = 0;
             tracer->occluded(&w->scene, rays, seen, count, RTI_TRACE_COHERENT, &scratch);
-            /* What goes on as others do is written by whole blocks. */
-            compare(what, way, tracer->name, count, scratch.learned.apart[0] ? WHOLE_BLOCKS(count) : count);
+            /* What goes on as others do is written by whole blocks; here an octree's does. */
+            compare(what, way, tracer->name, count,
+                    tracer->tree == RTK_TREE_OCTREE && scratch.learned.apart[0] ? WHOLE_BLOCKS(count) : count);
             if (tracer->tree == RTK_TREE_BVH) {
                 asked[way] += (way == LIGHT ? 1u : 2u) * count;
                 together[way] += scratch.stats.together;
