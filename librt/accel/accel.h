@@ -42,13 +42,19 @@ typedef struct rti_build_input {
     uint32_t box_count;
     float lo[3], hi[3]; /* root box, already grown */
     float grow;
-    bool balls; /* what are no triangles are spheres for the most part, which rti_tree_balls is to tell the tree of */
+    uint32_t balls; /* floats of each (rtk_tree_header.ball_size), which rti_tree_balls is to write; 0: there are to be none */
 } rti_build_input;
 
-/* Other shapes are tested one by one where there are balls, which costs more than their way without; so those are to be few. */
-static inline bool rti_mostly_balls(uint32_t spheres, uint32_t shapes)
+/* Do leaves meet shapes of a type in vectors? */
+static inline bool rti_in_vectors(uint32_t type)
 {
-    return spheres > 0 && 8 * (uint64_t)spheres >= 7 * (uint64_t)shapes;
+    return type == RTK_SHAPE_SPHERE || type == RTK_SHAPE_BOX || type == RTK_SHAPE_CYLINDER || type == RTK_SHAPE_CONE;
+}
+
+/* Others are tested one by one where there are balls, which costs more than their way without; so those are to be few. */
+static inline bool rti_mostly_in_vectors(uint32_t in_vectors, uint32_t shapes)
+{
+    return in_vectors > 0 && 8 * (uint64_t)in_vectors >= 7 * (uint64_t)shapes;
 }
 
 /* Builds with the context's workers; the same bytes for any number of them. The chunk (header rtk_tree_header, arrays 64-byte

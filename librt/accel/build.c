@@ -75,7 +75,7 @@ static uint32_t octree_leaf(const rti_build_input *in)
 {
     if (in->tri_count > in->box_count)
         return 1024;
-    return in->balls ? 32 : 8;
+    return in->balls != 0 ? 32 : 8;
 }
 
 /* Depth and leaves by default; depth at most. */
@@ -89,7 +89,7 @@ static void settle_sizes(rti_build *b, const rti_build_settings *s)
         leaf = octree_leaf(b->in);
     } else if (rti_builds_bvh(s->builder)) {
         depth = most = RTK_BVH_DEPTH;
-        leaf = b->in->tri_count > 0 ? 16 : (b->in->balls ? 8 : 4);
+        leaf = b->in->tri_count > 0 ? 16 : (b->in->balls != 0 ? 8 : 4);
     }
     b->max_depth = rtk_umin(s->max_depth ? s->max_depth : depth, most);
     b->leaf_size = s->leaf_size ? s->leaf_size : leaf;

@@ -43,9 +43,9 @@ typedef struct rti_build {
 void rti_build_settle(rti_build *b, const rti_build_input *input, const rti_build_settings *settings, rti_cancel *cancel);
 
 /* Bytes of so many balls of a tree, and of what fills up: eight are read from any place on. */
-static inline size_t rti_balls_room(uint32_t count)
+static inline size_t rti_balls_room(uint32_t count, uint32_t size)
 {
-    return count == 0 ? 0 : ((size_t)count + 14) / 8 * 8 * RTK_BALL * sizeof(float);
+    return count == 0 ? 0 : ((size_t)count + 14) / 8 * 8 * size * sizeof(float);
 }
 
 /* Asks for a triangle ahead, which may lie across two lines of a cache. */

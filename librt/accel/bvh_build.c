@@ -484,8 +484,8 @@ static void settle(rti_bvh *t)
     t->most = b->leaf_size;
     _Static_assert(RTK_BVH_BLOCK == 1u << 2u, "what a block of triangles holds");
     t->leaf_cost = b->cost_intersect;
-    t->together = t->blocks ? 2u : (b->in->tri_count > 0 || b->in->balls ? 1u : 0u);
-    t->balls = b->in->tri_count == 0 && b->in->balls;
+    t->together = t->blocks ? 2u : (b->in->tri_count > 0 || b->in->balls != 0 ? 1u : 0u);
+    t->balls = b->in->tri_count == 0 && b->in->balls != 0;
     t->spatial = b->builder == RTI_BUILD_BVH_SPATIAL;
     t->thinnest = 4.0f * b->in->grow;
     rti_bvh_set_areas(t);

@@ -88,7 +88,7 @@ typedef struct rti_bvh {
     const rti_bvh_kernels *kernels;
     const rti_build *b;
     bool blocks;             /* leaves of triangles get them */
-    bool balls;              /* all there is are shapes, and spheres among them */
+    bool balls;              /* all there is are shapes, which leaves meet in vectors */
     uint32_t depth;          /* levels of nodes of eight, at most */
     float grow;              /* of the boxes that are written */
     const rti_tree_out *own; /* the nodes and references of a tree of cells, by `method`; NULL: a BVH */

@@ -356,8 +356,9 @@ static void write_header(const rti_bvh *t, const totals *sum, rtk_tree_header *h
     h->off_wide = t->own ? wide : 0;
     h->off_blocks = sum->blocks ? wide + sum->nodes * sizeof(rtk_bvhnode) : 0;
     h->off_refs = aligned(wide + sum->nodes * sizeof(rtk_bvhnode) + sum->blocks * sizeof(rtk_bvhblock));
-    if (b->in->balls && sum->plain > 0) {
+    if (b->in->balls != 0 && sum->plain > 0) {
         h->ball_count = sum->plain;
+        h->ball_size = b->in->balls;
         h->off_balls = aligned(h->off_refs + h->ref_count * sizeof(rtk_u32));
     }
 }
@@ -395,8 +396,8 @@ static char *make_chunk(writer *w, const totals *sum, size_t *size)
     const uint64_t own = (uint64_t)sum->blocks * RTK_BVH_BLOCK + sum->plain, refs = own + own_refs(t);
     char *bytes;
     *size = aligned(end) + refs * sizeof(uint32_t);
-    if (t->b->in->balls && sum->plain > 0)
-        *size = aligned(*size) + rti_balls_room(sum->plain);
+    if (t->b->in->balls != 0 && sum->plain > 0)
+        *size = aligned(*size) + rti_balls_room(sum->plain, t->b->in->balls);
     bytes = sum->nodes <= RTI_NODE_MAX && refs <= RTI_REF_MAX ? chunk_room(w, *size) : NULL;
     if (!bytes)
         return NULL;

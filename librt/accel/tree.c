@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "../kernel/bvh.h"
+#include "../kernel/shape_surface.h"
 #include "build.h"
 
 rtk_tree rti_tree_view(const void *chunk)
@@ -20,6 +21,7 @@ rtk_tree rti_tree_view(const void *chunk)
     v.block_count = h->block_count;
     v.blocks = v.block_count ? (const rtk_bvhblock *)(const void *)(bytes + h->off_blocks) : NULL;
     v.ball_count = h->ball_count;
+    v.ball_size = h->ball_size;
     v.balls = v.ball_count ? (const float *)(const void *)(bytes + h->off_balls) : NULL;
     return v;
 }
@@ -215,7 +217,8 @@ static bool arrays_valid(const rtk_tree_header *h, size_t size)
     if (h->kind != RTK_TREE_BVH &&
         (h->wide_count == 0 || h->wide_count > RTI_NODE_MAX || !inside(h->off_wide, h->wide_count, sizeof(rtk_bvhnode), size)))
         return false;
-    if (h->ball_count != 0 && !inside(h->off_balls, rti_balls_room(h->ball_count), 1, size))
+    if (h->ball_count != 0 && ((h->ball_size != RTK_BALL && h->ball_size != RTK_FORM) ||
+                               !inside(h->off_balls, rti_balls_room(h->ball_count, h->ball_size), 1, size)))
         return false;
     if (h->block_count == 0)
         return h->block_count == 0 && h->off_blocks == 0 && h->ball_count <= h->ref_count;
@@ -235,6 +238,9 @@ bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit)
     return (h->kind == RTK_TREE_BVH || walk_valid(h)) && wide_valid(h);
 }
 
+/* A ball, or a form, of nothing. */
+static const float nothing[RTK_FORM] = {0.0f, 0.0f, 0.0f, -1.0f, 0.0f, 0.0f, 0.0f, RTK_FORM_OTHER, 0.0f, 0.0f, 0.0f, 0.0f};
+
 bool rti_tree_is_over(const void *chunk, const float lo[3], const float hi[3])
 {
     const rtk_tree_header *h = chunk;
@@ -242,27 +248,36 @@ bool rti_tree_is_over(const void *chunk, const float lo[3], const float hi[3])
     return memcmp(h->lo, root.lo, sizeof root.lo) == 0 && memcmp(h->hi, root.hi, sizeof root.hi) == 0;
 }
 
-/* The ball of a reference. */
-static void ball_of(const rtk_shape *shapes, uint32_t tri_count, uint32_t ref, float to[RTK_BALL])
+/* What a reference's ball holds, and behind it its form where there is room; returns whether it is a shape that leaves meet in
+ * vectors. */
+static bool ball_of(const rtk_shape *shapes, uint32_t tri_count, uint32_t ref, float *to, uint32_t size)
 {
-    static const float none[RTK_BALL] = {0.0f, 0.0f, 0.0f, -1.0f};
     const rtk_shape *shape = !shapes || ref < tri_count ? NULL : &shapes[ref - tri_count];
-    memcpy(to, shape && shape->type == RTK_SHAPE_SPHERE ? shape->p : none, sizeof none);
+    memcpy(to, nothing, size * sizeof *to);
+    to[3] = -RTK_INF;
+    if (!shape)
+        return false;
+    rtk_shape_ball(shape, to);
+    if (shape->type != RTK_SHAPE_SPHERE)
+        to[3] = -to[3];
+    if (size == RTK_FORM)
+        rtk_shape_form(shape, to + RTK_BALL);
+    return rti_in_vectors(shape->type);
 }
 
 bool rti_tree_copies_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_count, const rtk_shape *shapes)
 {
     rtk_tree t = rti_tree_view(chunk);
-    uint32_t spheres = 0;
-    for (size_t i = 0; i < rti_balls_room(t.ball_count) / (RTK_BALL * sizeof *t.balls); i++) {
-        float ball[RTK_BALL] = {0.0f, 0.0f, 0.0f, -1.0f};
+    uint32_t in_vectors = 0;
+    for (size_t i = 0; t.ball_count > 0 && i < rti_balls_room(t.ball_count, 1) / sizeof *t.balls; i++) {
+        float ball[RTK_FORM];
+        memcpy(ball, nothing, sizeof ball);
         if (i < t.ball_count)
-            ball_of(shapes, tri_count, t.refs[(size_t)t.block_count * RTK_BVH_BLOCK + i], ball);
-        if (memcmp(ball, t.balls + i * RTK_BALL, sizeof ball) != 0)
+            in_vectors += ball_of(shapes, tri_count, t.refs[(size_t)t.block_count * RTK_BVH_BLOCK + i], ball, t.ball_size);
+        if (memcmp(ball, t.balls + i * t.ball_size, t.ball_size * sizeof *ball) != 0)
             return false;
-        spheres += ball[3] >= 0.0f;
     }
-    if (t.ball_count > 0 && !rti_mostly_balls(spheres, t.ball_count)) /* there would be none; of instances, none are */
+    if (t.ball_count > 0 && !rti_mostly_in_vectors(in_vectors, t.ball_count)) /* there would be none; of instances, none are */
         return false;
     for (uint32_t i = 0; i < t.block_count * RTK_BVH_BLOCK; i++) {
         const rtk_bvhblock *b = &t.blocks[i / RTK_BVH_BLOCK];
@@ -285,36 +300,34 @@ bool rti_tree_copies_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_
 
 typedef struct ball_job {
     const rtk_shape *shapes;
-    uint32_t tri_count, count;
+    uint32_t tri_count, count, size;
     const uint32_t *refs; /* of the first */
     float *balls;
-    _Atomic uint32_t spheres;
+    _Atomic uint32_t in_vectors;
 } ball_job;
 
 static void ball_task(void *data, uint32_t task)
 {
     ball_job *job = data;
-    uint32_t first = task * BALLS_A_TASK, end = rtk_umin(job->count, first + BALLS_A_TASK), spheres = 0;
+    uint32_t first = task * BALLS_A_TASK, end = rtk_umin(job->count, first + BALLS_A_TASK), in_vectors = 0;
     for (uint32_t i = first; i < end; i++) {
-        float *ball = job->balls + (size_t)i * RTK_BALL;
-        ball_of(job->shapes, job->tri_count, job->refs[i], ball);
-        spheres += ball[3] >= 0.0f;
+        in_vectors += ball_of(job->shapes, job->tri_count, job->refs[i], job->balls + (size_t)i * job->size, job->size);
     }
-    atomic_fetch_add_explicit(&job->spheres, spheres, memory_order_relaxed);
+    atomic_fetch_add_explicit(&job->in_vectors, in_vectors, memory_order_relaxed);
 }
 
 void rti_tree_balls(rt_context *ctx, void *chunk, const rtk_shape *shapes, uint32_t tri_count)
 {
     rtk_tree_header *h = chunk;
-    const size_t room = rti_balls_room(h->ball_count);
+    const size_t room = rti_balls_room(h->ball_count, 1) / sizeof(float);
     if (h->ball_count == 0)
         return;
-    ball_job job = {.shapes = shapes, .tri_count = tri_count, .count = h->ball_count};
+    ball_job job = {.shapes = shapes, .tri_count = tri_count, .count = h->ball_count, .size = h->ball_size};
     job.refs = rti_tree_view(chunk).refs + (size_t)h->block_count * RTK_BVH_BLOCK;
     job.balls = (float *)(void *)((char *)chunk + h->off_balls);
-    for (size_t i = h->ball_count; i < room / (RTK_BALL * sizeof(float)); i++)
-        memcpy(job.balls + i * RTK_BALL, (const float[RTK_BALL]){0.0f, 0.0f, 0.0f, -1.0f}, RTK_BALL * sizeof(float));
+    for (size_t i = h->ball_count; i < room; i++)
+        memcpy(job.balls + i * job.size, nothing, job.size * sizeof *nothing);
     rti_parallel(ctx, (h->ball_count + BALLS_A_TASK - 1) / BALLS_A_TASK, ball_task, &job);
-    if (!rti_mostly_balls(job.spheres, h->ball_count))
+    if (!rti_mostly_in_vectors(job.in_vectors, h->ball_count))
         h->ball_count = 0;
 }

@@ -34,6 +34,17 @@ RTK_FN float rtk_shape_error(rtk_vec3 p, rtk_vec3 size)
     return 1.8e-7f * rtk_maxabs(p) + 1.0e-6f * rtk_maxabs(size);
 }
 
+/* Conservative box of two ends, or of one twice: a with what is around it by ea, b by eb. */
+RTK_FN void rtk_ends_bounds(rtk_vec3 a, rtk_vec3 ea, rtk_vec3 b, rtk_vec3 eb, rtk_vec3 *lo, rtk_vec3 *hi)
+{
+    *lo = rtk_v3(rtk_min(rtk_below(a.x - ea.x, rtk_fabs(a.x) + 4.0f * ea.x), rtk_below(b.x - eb.x, rtk_fabs(b.x) + 4.0f * eb.x)),
+                 rtk_min(rtk_below(a.y - ea.y, rtk_fabs(a.y) + 4.0f * ea.y), rtk_below(b.y - eb.y, rtk_fabs(b.y) + 4.0f * eb.y)),
+                 rtk_min(rtk_below(a.z - ea.z, rtk_fabs(a.z) + 4.0f * ea.z), rtk_below(b.z - eb.z, rtk_fabs(b.z) + 4.0f * eb.z)));
+    *hi = rtk_v3(rtk_max(rtk_above(a.x + ea.x, rtk_fabs(a.x) + 4.0f * ea.x), rtk_above(b.x + eb.x, rtk_fabs(b.x) + 4.0f * eb.x)),
+                 rtk_max(rtk_above(a.y + ea.y, rtk_fabs(a.y) + 4.0f * ea.y), rtk_above(b.y + eb.y, rtk_fabs(b.y) + 4.0f * eb.y)),
+                 rtk_max(rtk_above(a.z + ea.z, rtk_fabs(a.z) + 4.0f * ea.z), rtk_above(b.z + eb.z, rtk_fabs(b.z) + 4.0f * eb.z)));
+}
+
 /* Conservative box, rounded outwards; of a PLANE: everything. */
 RTK_FN void rtk_shape_bounds(RT_GLOBAL const rtk_shape *s, rtk_vec3 *lo, rtk_vec3 *hi)
 {
@@ -62,12 +73,48 @@ RTK_FN void rtk_shape_bounds(RT_GLOBAL const rtk_shape *s, rtk_vec3 *lo, rtk_vec
         ea = rtk_cone_disc(c.axis, c.r0);
         eb = rtk_cone_disc(c.axis, s->type == RTK_SHAPE_CONE ? s->p[7] : c.r0);
     }
-    *lo = rtk_v3(rtk_min(rtk_below(a.x - ea.x, rtk_fabs(a.x) + 4.0f * ea.x), rtk_below(b.x - eb.x, rtk_fabs(b.x) + 4.0f * eb.x)),
-                 rtk_min(rtk_below(a.y - ea.y, rtk_fabs(a.y) + 4.0f * ea.y), rtk_below(b.y - eb.y, rtk_fabs(b.y) + 4.0f * eb.y)),
-                 rtk_min(rtk_below(a.z - ea.z, rtk_fabs(a.z) + 4.0f * ea.z), rtk_below(b.z - eb.z, rtk_fabs(b.z) + 4.0f * eb.z)));
-    *hi = rtk_v3(rtk_max(rtk_above(a.x + ea.x, rtk_fabs(a.x) + 4.0f * ea.x), rtk_above(b.x + eb.x, rtk_fabs(b.x) + 4.0f * eb.x)),
-                 rtk_max(rtk_above(a.y + ea.y, rtk_fabs(a.y) + 4.0f * ea.y), rtk_above(b.y + eb.y, rtk_fabs(b.y) + 4.0f * eb.y)),
-                 rtk_max(rtk_above(a.z + ea.z, rtk_fabs(a.z) + 4.0f * ea.z), rtk_above(b.z + eb.z, rtk_fabs(b.z) + 4.0f * eb.z)));
+    rtk_ends_bounds(a, ea, b, eb, lo, hi);
+}
+
+/* The form of a shape (RTK_FORM, from its fifth float on). */
+RTK_FN void rtk_shape_form(RT_GLOBAL const rtk_shape *s, float to[RTK_FORM - RTK_BALL])
+{
+    rtk_u32 box = s->type == RTK_SHAPE_BOX, cone = s->type == RTK_SHAPE_CYLINDER || s->type == RTK_SHAPE_CONE, k;
+    for (k = 0u; k < 3u; k++) {
+        to[k] = box || cone ? s->p[k] : 0.0f;
+        to[4u + k] = box ? s->p[3u + k] : (cone ? s->p[4u + k] : 0.0f);
+    }
+    to[3] = cone ? s->p[3] : (box ? RTK_FORM_BOX : RTK_FORM_OTHER);
+    to[7] = cone ? s->p[s->type == RTK_SHAPE_CONE ? 7u : 3u] : 0.0f;
+}
+
+/* x, y, z and radius of a sphere, or of a ball that holds the shape and is a little larger than need be; of a plane all of
+ * space. */
+RTK_FN void rtk_shape_ball(RT_GLOBAL const rtk_shape *s, float to[RTK_BALL])
+{
+    rtk_vec3 a = rtk_at(s->p), b = a;
+    float along, across = 0.0f;
+    if (s->type == RTK_SHAPE_BOX) {
+        b = rtk_at(s->p + 3);
+    } else if (s->type == RTK_SHAPE_TORUS) {
+        across = s->p[3] + s->p[7];
+    } else if (s->type == RTK_SHAPE_CYLINDER || s->type == RTK_SHAPE_CONE) {
+        b = rtk_at(s->p + 4);
+        across = s->type == RTK_SHAPE_CONE ? rtk_max(s->p[3], s->p[7]) : s->p[3];
+    }
+    along = 0.5f * rtk_len(rtk_sub(b, a));
+    to[0] = 0.5f * a.x + 0.5f * b.x;
+    to[1] = 0.5f * a.y + 0.5f * b.y;
+    to[2] = 0.5f * a.z + 0.5f * b.z;
+    to[3] = 1.0001f * rtk_sqrt(along * along + across * across) + 1.0e-18f;
+    if (s->type == RTK_SHAPE_PLANE)
+        to[3] = RTK_INF;
+    if (s->type == RTK_SHAPE_SPHERE) { /* exactly: halves of denormal numbers are rounded */
+        to[0] = a.x;
+        to[1] = a.y;
+        to[2] = a.z;
+        to[3] = s->p[3];
+    }
 }
 
 /* Angle of (x, y) as a part of the full turn, in [0, 1). */
@@ -194,31 +241,41 @@ RTK_FN rtk_vec3 rtk_around(rtk_vec3 axis, rtk_vec3 p, float *turn)
     return rtk_unit(rtk_add(rtk_scale(x, a), rtk_scale(y, b)));
 }
 
+/* Where the surface of a cone is nearest to a point at z along the axis and m from it, towards `round`, a unit vector: on an end
+ * disc, if that is nearer than the side; returns whether it is. n is outwards, of the side not unit. Without a branch, for
+ * lanes. */
+RTK_FN int rtk_cone_onto(rtk_cone c, rtk_vec3 e0, rtk_vec3 e1, float r1, float z, float m, rtk_vec3 round, rtk_vec3 *p, rtk_vec3 *n,
+                         float *v)
+{
+    float on = rtk_clamp(z, 0.0f, c.height), r = c.r0 + c.k * on, side = rtk_fabs(m - r) / rtk_sqrt(1.0f + c.k * c.k);
+    float cap = rtk_min(on, c.height - on), along = rtk_clamp(on / c.height, 0.0f, 1.0f), rim, out, across;
+    int end = cap < side, top = c.height - on < on;
+    rtk_vec3 from = rtk_v3(top ? e1.x : e0.x, top ? e1.y : e0.y, top ? e1.z : e0.z), disc, slope, body;
+    rim = top ? r1 : c.r0;
+    out = rtk_min(m, rim);
+    across = rtk_clamp(out / rim, 0.0f, 1.0f);
+    across = rim > 0.0f ? across : 0.0f;
+    disc = rtk_madd(from, out, round);
+    body = rtk_add(e0, rtk_add(rtk_scale(c.axis, on), rtk_scale(round, r)));
+    slope = rtk_madd(round, -c.k, c.axis);
+    *p = rtk_v3(end ? disc.x : body.x, end ? disc.y : body.y, end ? disc.z : body.z);
+    *n = rtk_v3(top ? c.axis.x : -c.axis.x, top ? c.axis.y : -c.axis.y, top ? c.axis.z : -c.axis.z);
+    *n = rtk_v3(end ? n->x : slope.x, end ? n->y : slope.y, end ? n->z : slope.z);
+    *v = end ? across : along;
+    return end;
+}
+
 RTK_FN void rtk_cone_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk_shape_point *out)
 {
     rtk_cone c = rtk_cone_of(s);
     rtk_vec3 e0 = rtk_at(s->p), q = rtk_sub(point, e0), round;
-    float r1 = s->type == RTK_SHAPE_CONE ? s->p[7] : c.r0, z = rtk_dot3(q, c.axis), m, r, side, cap;
+    float r1 = s->type == RTK_SHAPE_CONE ? s->p[7] : c.r0, z = rtk_dot3(q, c.axis), m;
     q = rtk_madd(q, -z, c.axis);
     m = rtk_len(q);
     round = rtk_around(c.axis, q, &out->u);
     out->dpdu = rtk_cross3(c.axis, round);
-    z = rtk_clamp(z, 0.0f, c.height);
-    r = c.r0 + c.k * z;
-    side = rtk_fabs(m - r) / rtk_sqrt(1.0f + c.k * c.k);
-    cap = rtk_min(z, c.height - z);
-    if (cap < side) { /* nearer to an end disc than to the side */
-        int top = c.height - z < z;
-        float rim = top ? r1 : c.r0;
-        m = rtk_min(m, rim);
-        out->ng = top ? c.axis : rtk_neg(c.axis);
-        out->p = rtk_madd(top ? rtk_at(s->p + 4) : e0, m, round);
-        out->v = rim > 0.0f ? rtk_clamp(m / rim, 0.0f, 1.0f) : 0.0f;
-        return;
-    }
-    out->ng = rtk_unit(rtk_madd(round, -c.k, c.axis));
-    out->p = rtk_add(e0, rtk_add(rtk_scale(c.axis, z), rtk_scale(round, r)));
-    out->v = rtk_clamp(z / c.height, 0.0f, 1.0f);
+    if (!rtk_cone_onto(c, e0, rtk_at(s->p + 4), r1, z, m, round, &out->p, &out->ng, &out->v))
+        out->ng = rtk_unit(out->ng);
 }
 
 RTK_FN void rtk_torus_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk_shape_point *out)

@@ -132,9 +132,15 @@ typedef struct rtk_bvhblock {
     float v0[3][RTK_BVH_BLOCK], v1[3][RTK_BVH_BLOCK], v2[3][RTK_BVH_BLOCK];
 } rtk_bvhblock;
 
-/* A sphere of a leaf without blocks: x, y, z, radius; there is one for each reference behind 4 * block_count but those of cells,
- * of anything else with a radius of -1. A tree of which less than seven of eight of these are spheres has none. */
-#define RTK_BALL 4u
+/* What leaves without blocks meet in vectors, one for each reference behind 4 * block_count but those of cells: x, y, z, radius
+ * of a sphere; of another shape a ball around it, its radius with the sign turned; of anything else the radius is -infinity.
+ * Behind these four, RTK_FORM in all, where there are shapes that are neither spheres nor tori, the form: of a cylinder or cone
+ * end 0 xyz, the radius there, end 1 xyz, the radius; of a box low xyz, RTK_FORM_BOX, high xyz, 0; else zeros and
+ * RTK_FORM_OTHER. A tree has none of which less than seven of eight are spheres, boxes, cylinders or cones. */
+#define RTK_BALL       4u
+#define RTK_FORM       12u
+#define RTK_FORM_BOX   (-1.0f)
+#define RTK_FORM_OTHER (-2.0f)
 
 typedef struct rtk_tree_header {
     rtk_u32 kind; /* RTK_TREE_* */
@@ -153,8 +159,9 @@ typedef struct rtk_tree_header {
     float built_cost;     /* of a BVH that was refitted: what it cost when it was built (accel/bvh_refit.c); else 0 */
     rtk_u64 off_wide;     /* of cells: their leaves by eights, wide_count nodes */
     rtk_u32 wide_count;
-    rtk_u32 ball_count; /* balls, at off_balls; behind them seven or more of radius -1, up to a multiple of eight; 0: none */
+    rtk_u32 ball_count; /* balls, at off_balls; behind them seven or more that are nothing, up to a multiple of eight; 0: none */
     rtk_u64 off_balls;
+    rtk_u32 ball_size, pad; /* RTK_BALL or RTK_FORM floats each */
 } rtk_tree_header;
 
 typedef struct rtk_tree {
@@ -165,7 +172,7 @@ typedef struct rtk_tree {
     RT_GLOBAL const rtk_bvhnode *bvh; /* of cells, too; 64-byte aligned, as blocks are */
     RT_GLOBAL const rtk_bvhblock *blocks;
     RT_GLOBAL const rtk_u32 *refs;
-    rtk_u32 block_count, ball_count;
+    rtk_u32 block_count, ball_count, ball_size;
     RT_GLOBAL const float *balls;
 } rtk_tree;
 

@@ -113,7 +113,7 @@ typedef struct part_input {
     const rtk_tri *tris;
     rtk_tri *own_tris; /* NULL: none brought together */
     float (*boxes)[6];
-    bool balls; /* the shapes are spheres for the most part */
+    uint32_t balls; /* as in rti_build_input */
 } part_input;
 
 static void part_input_free(rt_context *ctx, part_input *in)
@@ -127,7 +127,7 @@ static bool part_input_make(rt_context *ctx, const rti_chunk *chunk, uint32_t pa
 {
     const rtk_group_header *head = chunk->data;
     const rtk_shape *shapes = rti_chunk_at(chunk, head->off_shapes);
-    uint32_t count = head->parts[part].count, spheres = 0;
+    uint32_t count = head->parts[part].count, in_vectors = 0, spheres = 0;
     in->list = rti_part_list(chunk, part);
     in->tris = head->tri_count ? rti_chunk_at(chunk, head->off_tris) : NULL;
     in->tri_count = head->tri_count;
@@ -138,7 +138,7 @@ static bool part_input_make(rt_context *ctx, const rti_chunk *chunk, uint32_t pa
     }
     in->shape_count = count - in->tri_count;
     in->boxes = rti_alloc_array(ctx, in->shape_count, sizeof *in->boxes);
-    in->balls = false;
+    in->balls = 0;
     if (in->list && in->tri_count > 0)
         in->own_tris = rti_alloc_array(ctx, in->tri_count, sizeof *in->own_tris);
     if (!in->boxes || (in->list && in->tri_count > 0 && !in->own_tris))
@@ -150,10 +150,12 @@ static bool part_input_make(rt_context *ctx, const rti_chunk *chunk, uint32_t pa
         const rtk_shape *shape = &shapes[in->list ? in->list[in->tri_count + i] - head->tri_count : i];
         rtk_vec3 lo, hi;
         rtk_shape_bounds(shape, &lo, &hi);
+        in_vectors += rti_in_vectors(shape->type);
         spheres += shape->type == RTK_SHAPE_SPHERE;
         memcpy(in->boxes[i], (float[6]){lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}, sizeof in->boxes[i]);
     }
-    in->balls = rti_mostly_balls(spheres, in->shape_count);
+    if (rti_mostly_in_vectors(in_vectors, in->shape_count))
+        in->balls = in_vectors == spheres ? RTK_BALL : RTK_FORM;
     return true;
 }
 

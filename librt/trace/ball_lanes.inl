@@ -7,14 +7,29 @@
 #define M(op)   LANES_JOIN(rti_m, RTI_N, op)
 #define VEC     LANES_TYPE(rti_f, RTI_N)
 #define RAY     LANES_TYPE(rti_ball_ray, RTI_N)
+#define RAYS    LANES_TYPE(rti_ball_rays, RTI_N)
 #define READY   LANES_TYPE(rti_ball_ready, RTI_N)
 #define TEST    LANES_TYPE(rti_ball, RTI_N)
 #define LOCAL   LANES_TYPE(rti_ball_local, RTI_N)
+#define NEAR    LANES_TYPE(rti_ball_near, RTI_N)
 
 /* Of the prepared ray; unit, dd, len: rti_ball_ready. margin: RTK_BALL_MARGIN * scale. */
 typedef struct RAY {
     VEC org[3], dir[3], tmin, tmax, tshift, margin, unit[3], dd, len;
 } RAY;
+
+/* Rays that are not ready: field by field, for an initializer would clear the others, too, which takes as long as a sphere. */
+RTI_VEC void RAYS(RAY *r, const VEC org[3], const VEC dir[3], VEC tmin, VEC tmax, VEC tshift, VEC margin)
+{
+    for (uint32_t k = 0; k < 3; k++) {
+        r->org[k] = org[k];
+        r->dir[k] = dir[k];
+    }
+    r->tmin = tmin;
+    r->tmax = tmax;
+    r->tshift = tshift;
+    r->margin = margin;
+}
 
 RTI_VEC void READY(RAY *r)
 {
@@ -33,6 +48,22 @@ RTI_VEC VEC LOCAL(VEC org, VEC anchor, VEC t, VEC d)
     const VEC pe = ((th * dh - p) + th * dl + tl * dh) + tl * dl;
     const VEC s = f + p, sb = s - f, se = (f - (s - sb)) + (p - sb);
     return s + (se + (fe + pe));
+}
+
+/* Of `lanes` those whose rays may meet what is in a ball, between tmin and `far`: by margins as rtk_local_ray and rtk_sphere_passed
+ * have them. */
+RTI_VEC uint32_t NEAR(const RAY *r, const VEC middle[3], VEC radius, VEC far, uint32_t lanes)
+{
+    const VEC reach = radius + r->margin;
+    const VEC f[3] = {r->org[0] - middle[0], r->org[1] - middle[1], r->org[2] - middle[2]};
+    const VEC t = -(f[0] * r->dir[0] + f[1] * r->dir[1] + f[2] * r->dir[2]) / r->dd;
+    const VEC p[3] = {f[0] + t * r->dir[0], f[1] + t * r->dir[1], f[2] + t * r->dir[2]};
+    lanes &= M(bits)(F(le)(p[0] * p[0] + p[1] * p[1] + p[2] * p[2], reach * reach));
+    if (lanes == 0u)
+        return 0u;
+    const VEC ahead = r->tshift + t;
+    const VEC around = F(set)(1.01f) * reach / r->len + F(set)(1.0e-5f) * (F(abs)(t) + F(abs)(ahead));
+    return lanes & ~M(bits)(F(lt)(ahead + around, r->tmin)) & ~M(bits)(F(lt)(far, ahead - around));
 }
 
 /* Of `lanes` those that hit, and where first, in (tmin, tmax). Hits behind `far` need not be told. */
@@ -77,6 +108,8 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC middle[3], VEC radius, VEC far, ui
 #undef M
 #undef VEC
 #undef RAY
+#undef RAYS
 #undef READY
 #undef TEST
 #undef LOCAL
+#undef NEAR

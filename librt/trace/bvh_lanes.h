@@ -14,6 +14,7 @@ typedef rti_m8 bvh_mask;
 typedef rti_tri_ray8 bvh_pairs_ray;
 typedef rti_tri_hit8 bvh_pairs_hit;
 #define node_bits  rti_m8_bits
+#define node_of    rti_m8_of
 #define pairs_test rti_tri8
 #else
 #define NODE(op)   rti_f4_##op
@@ -23,6 +24,7 @@ typedef rti_m4 bvh_mask;
 typedef rti_tri_ray4 bvh_pairs_ray;
 typedef rti_tri_hit4 bvh_pairs_hit;
 #define node_bits  rti_m4_bits
+#define node_of    rti_m4_of
 #define pairs_test rti_tri4
 #endif
 
@@ -96,13 +98,20 @@ RTI_VEC int bvh_large(const rtk_tree *tree)
     return bvh_larger(tree, BVH_LARGE);
 }
 
+/* The ball of the reference at a place. */
+RTI_VEC const float *bvh_ball(const rtk_tree *tree, rtk_u32 place)
+{
+    return tree->balls + (size_t)(place - RTK_BVH_BLOCK * tree->block_count) * tree->ball_size;
+}
+
 /* Asks for what a slot holds, a node, a leaf's first two blocks or its balls, or of a leaf without any whatever stands there: it
  * will be looked at after what is nearer. */
 RTI_VEC void bvh_expect(const rtk_tree *tree, rtk_u32 child, rtk_u32 count)
 {
     const uintptr_t node = (uintptr_t)tree->bvh + child * sizeof *tree->bvh;
     const uintptr_t block = (uintptr_t)tree->blocks + child / 4u * sizeof *tree->blocks;
-    const uintptr_t ball = (uintptr_t)tree->balls + (child - RTK_BVH_BLOCK * tree->block_count) * (RTK_BALL * sizeof *tree->balls);
+    const size_t floats = (size_t)(child - RTK_BVH_BLOCK * tree->block_count) * tree->ball_size;
+    const uintptr_t ball = (uintptr_t)tree->balls + floats * sizeof *tree->balls;
     const int blocked = child < RTK_BVH_BLOCK * tree->block_count || tree->ball_count == 0u;
     const uintptr_t at = count == 0u ? node : (blocked ? block : ball); /* a number: it may be in no object */
     for (rtk_u32 i = 0u; i < 5u; i++)

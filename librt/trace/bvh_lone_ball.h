@@ -1,21 +1,11 @@
-/* One ray by itself (bvh_lone.h) and spheres of a leaf, as many at a time as a node's vectors have lanes. Their order along the ray
- * is that of their t; where one is as near as what is no sphere, or lies between the bounds of a triangle's hit that was put aside,
- * it is asked. */
+/* One ray by itself (bvh_lone.h) and shapes of a leaf, as many at a time as a node's vectors have lanes; tori are asked one by
+ * one. Their order along the ray is that of their t; where one is as near as what is no shape, or lies between the bounds of a
+ * triangle's hit that was put aside, it is asked. */
 #ifndef RTI_BVH_LONE_BALL_H
 #define RTI_BVH_LONE_BALL_H
 
-#include "ball_lanes.h"
 #include "bvh_lone.h"
-
-#if NODE_N > 4
-#define ball_test      rti_ball8
-#define ball_one_ready rti_ball_ready8
-typedef rti_ball_ray8 ball_ray;
-#else
-#define ball_test      rti_ball4
-#define ball_one_ready rti_ball_ready4
-typedef rti_ball_ray4 ball_ray;
-#endif
+#include "shape_leaf.h"
 
 /* The ray as spheres meet it: org and dir of the space that they are in, of four lanes three count. */
 RTI_VEC void lone_ball_ready(lone *l, rti_f4 org, rti_f4 dir)
@@ -29,26 +19,12 @@ RTI_VEC void lone_ball_ready(lone *l, rti_f4 org, rti_f4 dir)
     rti_f4_store(l->ball.unit, dir / rti_f4_set(l->ball.len));
 }
 
-/* Eight balls, or four, from p on: their fields. */
-RTI_VEC void lone_ball_load(const float *p, bvh_vec to[4])
-{
-    bvh_vec rows[4];
-    for (rtk_u32 i = 0u; i < 4u; i++)
-#if NODE_N > 4
-        rows[i] = rti_f8_two(p + i * RTK_BALL, p + (4u + i) * RTK_BALL);
-#else
-        rows[i] = rti_f4_load(p + i * RTK_BALL);
-#endif
-    NODE(turn)(rows, to);
-}
-
-/* Hits of the balls from place `at` on, a bit each, with their t in l->met. ask: those that are no spheres. */
-RTI_VEC rtk_u32 lone_ball_test(lone *l, rtk_u32 at, rtk_u32 count, rtk_u32 *ask)
+/* Hits of the shapes from place `at` on, a bit each, with their t in l->met. ask: those that are to be asked one by one. */
+RTI_VEC rtk_u32 lone_ball_test(lone *l, rtk_u32 at, rtk_u32 count, rtk_u32 size, rtk_u32 *ask)
 {
     const struct lone_ball *b = &l->ball;
-    const rtk_u32 want = (1u << count) - 1u;
-    bvh_vec of[4], t;
-    lone_ball_load(l->tree->balls + (size_t)(at - RTK_BVH_BLOCK * l->tree->block_count) * RTK_BALL, of);
+    const bvh_vec inv[3] = {NODE(set)(l->inv[0]), NODE(set)(l->inv[1]), NODE(set)(l->inv[2])};
+    bvh_vec t;
     const ball_ray r = {{NODE(set)(b->org[0]), NODE(set)(b->org[1]), NODE(set)(b->org[2])},
                         {NODE(set)(b->dir[0]), NODE(set)(b->dir[1]), NODE(set)(b->dir[2])},
                         NODE(set)(l->org[3]),
@@ -58,19 +34,19 @@ RTI_VEC rtk_u32 lone_ball_test(lone *l, rtk_u32 at, rtk_u32 count, rtk_u32 *ask)
                         {NODE(set)(b->unit[0]), NODE(set)(b->unit[1]), NODE(set)(b->unit[2])},
                         NODE(set)(b->dd),
                         NODE(set)(b->len)};
-    *ask = want & node_bits(NODE(lt)(of[3], NODE(set)(0.0f)));
-    const rtk_u32 hit = ball_test(&r, of, of[3], NODE(set)(rtk_max(l->far, l->t)), want & ~*ask, &t);
+    const rtk_u32 hit =
+        shape_leaf(&r, inv, bvh_ball(l->tree, at), size, count, NODE(set)(rtk_max(l->far, l->t)), &t, ask);
     if (hit != 0u)
         NODE(store)(l->met.t, t);
     return hit;
 }
 
-/* The references from place `at` on, of a leaf with balls. Returns 1 when the walk may end. */
-RTI_VEC int lone_balls(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
+/* The shapes from place `at` on, the tree's balls being of `size`. Returns 1 when the walk may end. */
+RTI_VEC int lone_balls(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count, rtk_u32 size)
 {
     while (count != 0u) {
         const rtk_u32 n = rtk_umin(count, NODE_N);
-        rtk_u32 ask, hit = lone_ball_test(l, at, n, &ask);
+        rtk_u32 ask, hit = lone_ball_test(l, at, n, size, &ask);
         if ((mode & RTK_MODE_ANY) && hit != 0u)
             return 1;
         for (; hit != 0u; hit &= hit - 1u) {
@@ -83,7 +59,7 @@ RTI_VEC int lone_balls(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
                 l->far = rtk_min(l->far, t);
                 lone_expect(l, at + i);
             } else if (t == l->t && !(l->t < l->far) && l->late != RTK_INVALID &&
-                       l->late >= RTK_BVH_BLOCK * l->tree->block_count) { /* spheres stand in the order of hits */
+                       l->late >= RTK_BVH_BLOCK * l->tree->block_count) { /* shapes stand in the order of hits */
                 l->late = l->tree->refs[at + i] < l->tree->refs[l->late] ? at + i : l->late;
             } else if (t <= l->far || t == l->t) {
                 ask |= 1u << i;

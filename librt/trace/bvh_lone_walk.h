@@ -82,19 +82,23 @@ LONE_LEAF(lone_leaf_closest_outer, lone_leaf_closest_outer_many, 0u, lone_step_o
 LONE_LEAF(lone_leaf_any_outer, lone_leaf_any_outer_many, RTK_MODE_ANY, lone_step_outer)
 #undef LONE_LEAF
 
-/* References that stand in no blocks. */
-#define LONE_REFS(name, mode)                                                                                                    \
+/* References that stand in no blocks; and those of them that have forms. */
+#define LONE_REFS(name, forms, mode)                                                                                             \
+    RTI_APART int forms(lone *l, rtk_u32 at, rtk_u32 count)                                                                      \
+    {                                                                                                                            \
+        return lone_balls(l, mode, at, count, RTK_FORM);                                                                         \
+    }                                                                                                                            \
     RTI_APART int name(lone *l, rtk_u32 at, rtk_u32 count)                                                                       \
     {                                                                                                                            \
         if (l->tree->ball_count != 0u && l->outer == 0.0f)                                                                       \
-            return lone_balls(l, mode, at, count);                                                                               \
+            return l->tree->ball_size == RTK_FORM ? forms(l, at, count) : lone_balls(l, mode, at, count, RTK_BALL);              \
         for (rtk_u32 k = 0u; k < count; k++)                                                                                     \
             if (lone_ask(l, mode, l->tree->refs[at + k]))                                                                        \
                 return 1;                                                                                                        \
         return 0;                                                                                                                \
     }
-LONE_REFS(lone_refs_closest, 0u)
-LONE_REFS(lone_refs_any, RTK_MODE_ANY)
+LONE_REFS(lone_refs_closest, lone_forms_closest, 0u)
+LONE_REFS(lone_refs_any, lone_forms_any, RTK_MODE_ANY)
 #undef LONE_REFS
 
 /* Bytes at which rows of a node's boxes begin, the ones by which a ray comes in first, by the bits of the axes along which it

@@ -174,21 +174,42 @@ RTI_VEC rtk_u32 packet_near(const packet *p, const rtk_bvhblock *b, float grow)
     return rti_m4_bits(rti_f4_le(t0, t1));
 }
 
+/* A leaf's shapes for `lanes` from `at` on, of a plain packet. */
+RTI_VEC void packet_shapes(packet *p, rtk_u32 mode, const rtk_part *part, rtk_u32 at, rtk_u32 lanes, rtk_u32 place, rtk_u32 count)
+{
+    const rtk_group *g = p->scene->groups;
+    const packet_rays rays = packet_rays_at(p, at);
+    const ball_rays r = shape_rays(&rays, part->scale);
+    for (rtk_u32 k = place; k < place + count && lanes != 0u; k++) {
+        const rtk_u32 ref = part->bvh.refs[k];
+        rtk_u32 ask;
+        vec t;
+        const rtk_u32 hit =
+            shape_hits(&r, rays.inv, bvh_ball(&part->bvh, k), part->bvh.ball_size, V(load)(p->t + at), lanes, &t, &ask);
+        if (hit != 0u)
+            ask |= packet_take(p, mode, &g->shapes[ref - g->tri_count], at, hit, t);
+        for (; ask != 0u; ask &= ask - 1u)
+            packet_ask_late(p, mode, part, at + (rtk_u32)__builtin_ctz(ask), ref);
+        if (mode & RTK_MODE_ANY)
+            lanes &= ~packet_bits(p->done, at);
+    }
+}
+
 /* A leaf without blocks for all rays from lane `at` on that enter its box. */
 RTI_VEC void packet_list(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 at)
 {
-    const rtk_group *g = p->scene->groups;
-    const rtk_u32 *refs = part->bvh.refs + n->child[slot];
+    const rtk_u32 place = n->child[slot], count = n->count[slot];
+    const rtk_u32 balls = p->plain && part->bvh.ball_count != 0u;
     for (; at < PACKET; at += RTI_SIMD) {
         rtk_u32 lanes = packet_bits(p->rays, at);
         lanes = lanes != 0u ? packet_enter(p, n, slot, at, lanes) : 0u;
-        for (rtk_u32 k = 0u; k < n->count[slot] && lanes != 0u; k++) {
-            const rtk_shape *shape = refs[k] >= g->tri_count ? &g->shapes[refs[k] - g->tri_count] : NULL;
-            rtk_u32 ask = lanes;
-            if (p->plain && shape)
-                ask = packet_shape(p, mode, part, shape, at, lanes);
-            for (; ask != 0u; ask &= ask - 1u)
-                packet_ask_late(p, mode, part, at + (rtk_u32)__builtin_ctz(ask), refs[k]);
+        if (lanes != 0u && balls) {
+            packet_shapes(p, mode, part, at, lanes, place, count);
+            continue;
+        }
+        for (rtk_u32 k = place; k < place + count && lanes != 0u; k++) {
+            for (rtk_u32 ask = lanes; ask != 0u; ask &= ask - 1u)
+                packet_ask_late(p, mode, part, at + (rtk_u32)__builtin_ctz(ask), part->bvh.refs[k]);
             if (mode & RTK_MODE_ANY)
                 lanes &= ~packet_bits(p->done, at);
         }

@@ -1,5 +1,5 @@
-/* Spheres in leaves, and rays of a stream (bvh_stream.h): as many rays at a time as vectors have lanes and one sphere after the
- * other, or of few rays each by itself and spheres side by side. */
+/* Shapes in leaves, and rays of a stream (bvh_stream.h): as many rays at a time as vectors have lanes and one shape after the
+ * other, or of few rays each by itself and shapes side by side. Tori are asked one by one. */
 #ifndef RTI_BVH_STREAM_BALL_H
 #define RTI_BVH_STREAM_BALL_H
 
@@ -7,30 +7,23 @@
 
 #define STREAM_BALL_FEW 4u /* rays of a leaf that go by themselves */
 
-RTI_VEC const float *stream_ball_at(const streams *a, rtk_u32 place)
-{
-    return a->tree.balls + (size_t)(place - RTK_BVH_BLOCK * a->tree.block_count) * RTK_BALL;
-}
-
-/* The balls of a leaf for one ray. */
-RTI_VEC void stream_balls_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 l, rtk_u32 at, rtk_u32 count)
+/* The balls of a leaf for one ray. size: of the tree's, a constant where this is called. */
+RTI_VEC void stream_balls_one(const streams *a, stream *s, rtk_u32 mode, rtk_u32 l, rtk_u32 at, rtk_u32 count, rtk_u32 size)
 {
     const stream_ball *o = &s->ball[l];
-    ball_ray r = {{NODE(set)(o->ox), NODE(set)(o->oy), NODE(set)(o->oz)},
-                  {NODE(set)(o->dx), NODE(set)(o->dy), NODE(set)(o->dz)},
-                  .tmin = NODE(set)(o->tmin),
-                  .tmax = NODE(set)(o->tmax),
-                  .tshift = NODE(set)(stream_shift(s, mode, l)),
-                  .margin = NODE(set)(RTK_BALL_MARGIN * a->part->scale)};
+    const bvh_vec org[3] = {NODE(set)(o->ox), NODE(set)(o->oy), NODE(set)(o->oz)};
+    const bvh_vec dir[3] = {NODE(set)(o->dx), NODE(set)(o->dy), NODE(set)(o->dz)};
+    ball_ray r;
+    ball_meets(&r, org, dir, NODE(set)(o->tmin), NODE(set)(o->tmax), NODE(set)(stream_shift(s, mode, l)),
+               NODE(set)(RTK_BALL_MARGIN * a->part->scale));
+    const float *by = s->ray[l].inv;
+    const bvh_vec inv[3] = {NODE(set)(by[0]), NODE(set)(by[1]), NODE(set)(by[2])};
     ball_one_ready(&r);
     for (rtk_u32 k = 0u; k < count; k += NODE_N) {
-        const rtk_u32 want = (1u << rtk_umin(count - k, NODE_N)) - 1u;
         const float far = mode & RTK_MODE_ANY ? RTK_INF : rtk_max(s->hit[l].t, stream_far(s, mode, l));
-        bvh_vec of[4], t;
+        bvh_vec t;
         float each[NODE_N];
-        lone_ball_load(stream_ball_at(a, at + k), of);
-        rtk_u32 ask = want & node_bits(NODE(lt)(of[3], NODE(set)(0.0f)));
-        rtk_u32 hit = ball_test(&r, of, of[3], NODE(set)(far), want & ~ask, &t);
+        rtk_u32 ask, hit = shape_leaf(&r, inv, bvh_ball(&a->tree, at + k), size, count - k, NODE(set)(far), &t, &ask);
         if ((mode & RTK_MODE_ANY) && hit != 0u) {
             stream_done(a, s, l);
             return;
@@ -65,8 +58,8 @@ RTI_VEC ball_rays stream_balls_rays(const streams *a, const stream *s, rtk_u32 m
         o[k] = V(load)(x[k]);
     const vec shift = V(load)(x[8]);
 #endif
-    ball_rays r = {{o[0], o[1], o[2]}, {o[3], o[4], o[5]}, .tmin = o[6], .tmax = o[7], .tshift = shift,
-                        .margin = V(set)(RTK_BALL_MARGIN * a->part->scale)};
+    ball_rays r;
+    balls_meet(&r, o, o + 3, o[6], o[7], shift, V(set)(RTK_BALL_MARGIN * a->part->scale));
     ball_ready(&r);
     return r;
 }
@@ -86,11 +79,28 @@ RTI_VEC vec stream_balls_far(const stream *s, rtk_u32 mode, const uint16_t lane[
 #endif
 }
 
-/* The balls of a leaf for the rays of a list. */
-static void stream_balls(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n, rtk_u32 at, rtk_u32 count)
+/* rtk_inverse of these rays' directions. */
+RTI_VEC void stream_balls_inv(const stream *s, const uint16_t lane[RTI_SIMD], vec inv[3])
+{
+#ifdef RTI_PACK8
+    for (rtk_u32 k = 0u; k < 3u; k++)
+        inv[k] = V(column)(&s->ray[0].inv[k], 8u, lane);
+#else
+    float x[3][RTI_SIMD];
+    for (rtk_u32 i = 0u; i < RTI_SIMD; i++)
+        for (rtk_u32 k = 0u; k < 3u; k++)
+            x[k][i] = s->ray[lane[i]].inv[k];
+    for (rtk_u32 k = 0u; k < 3u; k++)
+        inv[k] = V(load)(x[k]);
+#endif
+}
+
+/* The shapes of a leaf for the rays of a list. */
+RTI_VEC void stream_balls_of(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n, rtk_u32 at, rtk_u32 count,
+                             rtk_u32 size)
 {
     for (rtk_u32 i = 0u; i < n && n < STREAM_BALL_FEW; i++)
-        stream_balls_one(a, s, mode, ids[i], at, count);
+        stream_balls_one(a, s, mode, ids[i], at, count, size);
     for (rtk_u32 i = 0u; i < n && n >= STREAM_BALL_FEW; i += RTI_SIMD) {
         const rtk_u32 some = rtk_umin(n - i, RTI_SIMD);
         rtk_u32 live = some < RTI_SIMD ? (1u << some) - 1u : LANES_ALL;
@@ -99,19 +109,18 @@ static void stream_balls(const streams *a, stream *s, rtk_u32 mode, const uint16
             lane[k] = ids[i + (k < some ? k : 0u)];
         const ball_rays r = stream_balls_rays(a, s, mode, lane);
         const vec far = stream_balls_far(s, mode, lane);
+        vec inv[3];
+        stream_balls_inv(s, lane, inv);
         for (rtk_u32 k = 0u; k < count && live != 0u; k++) {
-            const float *ball = stream_ball_at(a, at + k);
-            const vec middle[3] = {V(set)(ball[0]), V(set)(ball[1]), V(set)(ball[2])};
-            const rtk_u32 other = ball[3] < 0.0f;
-            vec t = far;
             float each[RTI_SIMD];
-            rtk_u32 hit = other ? live : ball_many(&r, middle, V(set)(ball[3]), far, live, &t);
-            if (hit == 0u)
+            vec t;
+            rtk_u32 ask, hit = shape_hits(&r, inv, bvh_ball(&a->tree, at + k), size, far, live, &t, &ask);
+            if ((hit | ask) == 0u)
                 continue;
             V(store)(each, t);
-            for (; hit != 0u; hit &= hit - 1u) {
-                const rtk_u32 m = (rtk_u32)__builtin_ctz(hit), l = lane[m];
-                if (other)
+            for (rtk_u32 both = hit | ask; both != 0u; both &= both - 1u) {
+                const rtk_u32 m = (rtk_u32)__builtin_ctz(both), l = lane[m];
+                if (ask >> m & 1u)
                     stream_ask(a, s, l, mode, a->tree.refs[at + k]);
                 else
                     stream_take(a, s, l, mode, at + k, each[m], 0.0f, 0.0f);
@@ -120,6 +129,23 @@ static void stream_balls(const streams *a, stream *s, rtk_u32 mode, const uint16
             }
         }
     }
+}
+
+/* A tree of nothing but spheres needs no forms, nor what they take. */
+RTI_APART void stream_spheres(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n, rtk_u32 at, rtk_u32 count)
+{
+    stream_balls_of(a, s, mode, ids, n, at, count, RTK_BALL);
+}
+RTI_APART void stream_forms(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n, rtk_u32 at, rtk_u32 count)
+{
+    stream_balls_of(a, s, mode, ids, n, at, count, RTK_FORM);
+}
+RTI_VEC void stream_balls(const streams *a, stream *s, rtk_u32 mode, const uint16_t *ids, rtk_u32 n, rtk_u32 at, rtk_u32 count)
+{
+    if (a->tree.ball_size == RTK_FORM)
+        stream_forms(a, s, mode, ids, n, at, count);
+    else
+        stream_spheres(a, s, mode, ids, n, at, count);
 }
 
 #endif

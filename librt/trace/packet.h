@@ -3,7 +3,7 @@
 #ifndef RTI_PACKET_H
 #define RTI_PACKET_H
 
-#include "ball_lanes.h"
+#include "shape_lanes.h"
 #include "lane.h"
 #include "tri_lanes.h"
 
@@ -22,7 +22,12 @@
 #define tri_hit    rti_tri_hit16
 #define ball_many  rti_ball16
 #define ball_rays  rti_ball_ray16
+#define balls_meet rti_ball_rays16
+#define balls_near rti_ball_near16
 #define ball_ready rti_ball_ready16
+#define box_many   rti_box_test16
+#define cone_many  rti_cone_test16
+#define cone_ends  rti_cone16
 #elif RTI_SIMD >= 8
 #define V(op)      rti_f8_##op
 #define VM(op)     rti_m8_##op
@@ -38,7 +43,12 @@
 #define tri_hit    rti_tri_hit8
 #define ball_many  rti_ball8
 #define ball_rays  rti_ball_ray8
+#define balls_meet rti_ball_rays8
+#define balls_near rti_ball_near8
 #define ball_ready rti_ball_ready8
+#define box_many   rti_box_test8
+#define cone_many  rti_cone_test8
+#define cone_ends  rti_cone8
 #else
 #define V(op)      rti_f4_##op
 #define VM(op)     rti_m4_##op
@@ -52,7 +62,12 @@
 #define tri_hit    rti_tri_hit4
 #define ball_many  rti_ball4
 #define ball_rays  rti_ball_ray4
+#define balls_meet rti_ball_rays4
+#define balls_near rti_ball_near4
 #define ball_ready rti_ball_ready4
+#define box_many   rti_box_test4
+#define cone_many  rti_cone_test4
+#define cone_ends  rti_cone4
 #endif
 #define LANES_ALL ((1u << RTI_SIMD) - 1u)
 

@@ -1,58 +1,18 @@
-/* Spheres, boxes and planes for the rays of a packet, RTI_SIMD at a time, for hot files: what rtk_sphere_roots, rtk_box_roots,
- * rtk_plane_intersect and the queries that call them do, the same operations in the same order, so the same bits.
- */
+/* Shapes and planes for the rays of a packet, RTI_SIMD at a time, for hot files: what rtk_plane_intersect and the queries that
+ * call it do, the same operations in the same order, so the same bits. */
 #ifndef RTI_PACKET_SHAPE_H
 #define RTI_PACKET_SHAPE_H
 
 #include "bvh_packet.h"
+#include "shape_leaf.h"
 
-/* Of `lanes` those that have the first or the second of two crossings in their ranges, and the first that is. */
-RTI_VEC rtk_u32 shape_crossings(const packet_rays *r, rtk_u32 lanes, vec first, vec second, vec *out)
+/* Rays of a block, none of which has its origin moved, as shapes meet them. */
+RTI_VEC ball_rays shape_rays(const packet_rays *rays, float scale)
 {
-    const rtk_u32 one = lanes & VM(bits)(V(lt)(r->tmin, first)) & VM(bits)(V(lt)(first, r->tmax));
-    const rtk_u32 two = lanes & VM(bits)(V(lt)(r->tmin, second)) & VM(bits)(V(lt)(second, r->tmax));
-    *out = V(select)(VM(of)(one), first, second);
-    return one | two;
-}
-
-/* Of `lanes`, none of whose rays has its origin moved, those that hit the sphere no farther than `most`, and where first. */
-RTI_VEC rtk_u32 shape_sphere_hits(const packet_rays *rays, const float sphere[4], float scale, vec most, rtk_u32 lanes, vec *out)
-{
-    const vec middle[3] = {V(set)(sphere[0]), V(set)(sphere[1]), V(set)(sphere[2])};
-    ball_rays r = {{rays->org[0], rays->org[1], rays->org[2]},
-                   {rays->dir[0], rays->dir[1], rays->dir[2]},
-                   .tmin = rays->tmin,
-                   .tmax = rays->tmax,
-                   .tshift = V(set)(0.0f),
-                   .margin = V(set)(RTK_BALL_MARGIN * scale)};
-    ball_ready(&r); /* what a ray that passes does not need is found behind that */
-    return ball_many(&r, middle, V(set)(sphere[3]), most, lanes, out);
-}
-
-/* Likewise a box, anywhere. */
-RTI_VEC rtk_u32 shape_box_hits(const packet_rays *r, const float box[6], rtk_u32 lanes, vec *out)
-{
-    const vec zero = V(set)(0.0f);
-    vec t0 = V(set)(-RTK_INF), t1 = V(set)(RTK_INF);
-    for (rtk_u32 k = 0u; k < 3u; k++) {
-        const vec a = (V(set)(box[k]) - r->org[k]) * r->inv[k], b = (V(set)(box[3u + k]) - r->org[k]) * r->inv[k];
-        t0 = V(max)(t0, V(min)(a, b));
-        t1 = V(min)(t1, V(max)(a, b));
-    }
-    return shape_crossings(r, lanes & VM(bits)(V(le)(t0, t1)), zero + t0, zero + t1, out);
-}
-
-/* Either, or of another type: then *other has the lanes, which are to be asked one by one. */
-RTI_VEC rtk_u32 shape_hits(const packet_rays *r, const rtk_shape *shape, float scale, vec most, rtk_u32 lanes, vec *out,
-                           rtk_u32 *other)
-{
-    *other = 0u;
-    if (shape->type == RTK_SHAPE_SPHERE)
-        return shape_sphere_hits(r, shape->p, scale, most, lanes, out);
-    if (shape->type == RTK_SHAPE_BOX)
-        return shape_box_hits(r, shape->p, lanes, out);
-    *other = lanes;
-    return 0u;
+    ball_rays r;
+    balls_meet(&r, rays->org, rays->dir, rays->tmin, rays->tmax, V(set)(0.0f), V(set)(RTK_BALL_MARGIN * scale));
+    ball_ready(&r);
+    return r;
 }
 
 /* Lanes `hit` of a plain packet from `at` on meet a shape at t; returns those of equal hits, whose order is to be asked for. */
@@ -76,24 +36,15 @@ RTI_VEC rtk_u32 packet_take(packet *p, rtk_u32 mode, const rtk_shape *shape, rtk
 /* Rays of a packet from `at` on, but for what is told of their directions. */
 RTI_VEC packet_rays packet_rays_at(const packet *p, rtk_u32 at)
 {
-    packet_rays r = {.tmin = V(load)(p->tmin + at), .tmax = V(load)(p->tmax + at)};
+    packet_rays r; /* field by field: an initializer would clear the others */
+    r.tmin = V(load)(p->tmin + at);
+    r.tmax = V(load)(p->tmax + at);
     for (rtk_u32 k = 0u; k < 3u; k++) {
         r.org[k] = V(load)(p->org[k] + at);
         r.dir[k] = V(load)(p->dir[k] + at);
         r.inv[k] = V(load)(p->inv[k] + at);
     }
     return r;
-}
-
-/* A shape of a plain packet's part; returns the lanes that are to be asked one by one: for the order of equal hits, or all of
- * those of another type. */
-RTI_VEC rtk_u32 packet_shape(packet *p, rtk_u32 mode, const rtk_part *part, const rtk_shape *shape, rtk_u32 at, rtk_u32 lanes)
-{
-    const packet_rays r = packet_rays_at(p, at);
-    rtk_u32 other;
-    vec t;
-    const rtk_u32 hit = shape_hits(&r, shape, part->scale, V(load)(p->t + at), lanes, &t, &other);
-    return other | (hit != 0u ? packet_take(p, mode, shape, at, hit, t) : 0u);
 }
 
 /* Lanes whose rays hit a plane, and where. */

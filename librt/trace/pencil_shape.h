@@ -1,5 +1,5 @@
-/* Shapes in a pencil's way, for hot files: spheres and boxes for RTI_SIMD rays of a bundle at a time, as packets meet them, others ray
- * by ray. So a mesh's rays go as pencils though there are shapes beside it; what is of shapes alone goes as packets or streams. */
+/* Shapes in a pencil's way, for hot files: for RTI_SIMD rays of a bundle at a time, as packets meet them, but tori ray by ray. So
+ * a mesh's rays go as pencils though there are shapes beside it; what is of shapes alone goes as packets or streams. */
 #ifndef RTI_PENCIL_SHAPE_H
 #define RTI_PENCIL_SHAPE_H
 
@@ -34,7 +34,8 @@ RTI_VEC rtk_u32 pencil_slab(const packet_rays *r, const rtk_bvhnode *n, rtk_u32 
 {
     vec t0 = r->tmin, t1 = most;
     for (rtk_u32 k = 0u; k < 3u; k++) {
-        const vec a = (V(set)(n->box[k][0][slot]) - r->org[k]) * r->inv[k], b = (V(set)(n->box[k][1][slot]) - r->org[k]) * r->inv[k];
+        const vec a = (V(set)(n->box[k][0][slot]) - r->org[k]) * r->inv[k],
+                  b = (V(set)(n->box[k][1][slot]) - r->org[k]) * r->inv[k];
         t0 = V(max)(t0, V(min)(a, b));
         t1 = V(min)(t1, V(max)(a, b));
     }
@@ -42,27 +43,30 @@ RTI_VEC rtk_u32 pencil_slab(const packet_rays *r, const rtk_bvhnode *n, rtk_u32 
 }
 
 /* A leaf without blocks for `lanes` of a bundle from k on. */
-RTI_VEC void pencil_refs_for(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 bundle, rtk_u32 k, rtk_u32 lanes)
+RTI_VEC void pencil_refs_for(pencil *p, rtk_u32 mode, const rtk_bvhnode *n, rtk_u32 slot, rtk_u32 bundle, rtk_u32 k,
+                             rtk_u32 lanes)
 {
     const rtk_group *group = p->scene->groups;
-    const rtk_u32 *refs = p->part->bvh.refs + n->child[slot], g = p->block[bundle];
-    packet_rays r;
-    packet_rays_load(&r, &p->rays[g], k);
-    for (rtk_u32 i = 0u; i < n->count[slot]; i++) {
-        const rtk_shape *shape = refs[i] >= group->tri_count ? &group->shapes[refs[i] - group->tri_count] : NULL;
+    const rtk_tree *tree = &p->part->bvh;
+    const rtk_u32 g = p->block[bundle];
+    packet_rays rays;
+    packet_rays_load(&rays, &p->rays[g], k);
+    const ball_rays r = shape_rays(&rays, p->part->scale);
+    for (rtk_u32 at = n->child[slot], end = at + n->count[slot]; at < end; at++) {
         const vec most = mode & RTK_MODE_ANY ? r.tmax : V(load)(p->hits[g].t + k);
+        const rtk_u32 ref = tree->refs[at];
         rtk_u32 hit = 0u, ask;
         vec t;
-        lanes = pencil_slab(&r, n, slot, most, lanes) & p->live[bundle] >> k;
+        lanes = pencil_slab(&rays, n, slot, most, lanes) & p->live[bundle] >> k;
         if (lanes == 0u)
             return;
         ask = lanes;
-        if (shape)
-            hit = shape_hits(&r, shape, p->part->scale, most, lanes, &t, &ask);
+        if (tree->ball_count != 0u)
+            hit = shape_hits(&r, rays.inv, bvh_ball(tree, at), tree->ball_size, most, lanes, &t, &ask);
         if (hit != 0u)
-            ask |= pencil_take_shape(p, mode, shape, bundle, k, hit, t);
+            ask |= pencil_take_shape(p, mode, &group->shapes[ref - group->tri_count], bundle, k, hit, t);
         for (; ask != 0u; ask &= ask - 1u)
-            pencil_ask(p, mode, bundle, k + (rtk_u32)__builtin_ctz(ask), refs[i]);
+            pencil_ask(p, mode, bundle, k + (rtk_u32)__builtin_ctz(ask), ref);
     }
 }
 

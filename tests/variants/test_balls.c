@@ -1,6 +1,6 @@
-/* Spheres (trace/ball_lanes.inl, bvh_lone_ball.h, bvh_stream_ball.h), by themselves and with what else there is, in every way
- * that rays come: every tracer against brute force, bit for bit. Some spheres are twins or share their middle, rays start in
- * them, on them and far away, and begin and end at hits. */
+/* Spheres (trace/ball_lanes.inl, bvh_lone_ball.h, bvh_stream_ball.h) and other shapes (shape_lanes.inl, shape_leaf.h), by
+ * themselves and with what else there is, in every way that rays come: every tracer against brute force, bit for bit. Some are
+ * twins, some spheres share their middle, rays start in them, on them and far away, and begin and end at hits. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -17,12 +17,13 @@
 
 #define RAYS 1536u
 
-/* What stands with spheres; count of those; largest and smallest radius; how far rays start, in sizes. */
+/* What stands with spheres; count of those; largest and smallest radius; how far rays start, in sizes. sticks: cylinders and
+ * cones from one sphere to another. */
 typedef struct kind {
     const char *name;
     uint32_t count;
     float least, most, far;
-    uint32_t boxes, triangles, instances;
+    uint32_t boxes, triangles, instances, sticks, tori;
 } kind;
 
 static rt_ray rays[RAYS];
@@ -80,6 +81,33 @@ static void add_others(const kind *a, rt_scene *s, test_rng *rng)
         d.indices = index;
         d.triangle_count = 1;
         assert_int_equal(rt_scene_add_mesh(s, &d, &handle), RT_OK);
+    }
+}
+
+/* Cylinders and cones between spheres' middles, some twice, flat, or pointed; and tori. */
+static void add_sticks(const kind *a, rt_scene *s, const float *centers, test_rng *rng)
+{
+    rt_cone_desc d = rt_cone_desc_default();
+    rt_geometry handle;
+    for (uint32_t i = 0; i < a->sticks; i++) {
+        const float *from = centers + 3 * (size_t)(test_u32(rng) % a->count),
+                    *to = centers + 3 * (size_t)(test_u32(rng) % a->count);
+        const float radius = a->least + 0.5f * (a->most - a->least) * test_unit(rng), part = i % 5 ? 0.3f : 0.003f;
+        if (i % 16 != 9) { /* else as the one before */
+            d.from = (rt_vec3){from[0], from[1], from[2]};
+            d.to = plus(d.from, (rt_vec3){part * (to[0] - from[0]), part * (to[1] - from[1]), part * (to[2] - from[2]) + 1e-5f});
+            d.radius0 = radius;
+            d.radius1 = i % 2 ? 0.0f : 2.0f * radius;
+        }
+        assert_int_equal(i % 3 == 2 ? rt_scene_add_cone(s, &d, &handle) : rt_scene_add_cylinder(s, &d, &handle), RT_OK);
+    }
+    for (uint32_t i = 0; i < a->tori; i++) {
+        rt_torus_desc torus = rt_torus_desc_default();
+        torus.center = anywhere(rng, 1.0f);
+        torus.axis = anywhere(rng, 1.0f);
+        torus.major_radius = 0.3f;
+        torus.minor_radius = 0.1f;
+        assert_int_equal(rt_scene_add_torus(s, &torus, &handle), RT_OK);
     }
 }
 
@@ -216,18 +244,27 @@ static void sweep(const kind *a, rt_scene *scene)
 static void test_all(void **state)
 {
     const kind kinds[] = {
-        {"three", 3, 0.2f, 0.9f, 0, 0, 0, 0},
-        {"many", TEST_MANY(3000), 0.005f, 0.06f, 0, 0, 0, 0}, /* any hits among so many go in streams (STREAM_BALLS) */
-        {"large ones that overlap", 90, 0.1f, 0.8f, 0, 0, 0, 0},
-        {"with boxes", 60, 0.01f, 0.2f, 0, 7, 0, 0},
-        {"with more boxes", 20, 0.01f, 0.2f, 0, 40, 0, 0}, /* no balls */
-        {"with triangles", 60, 0.01f, 0.2f, 0, 3, 60, 0},
-        {"of very different sizes", 200, 1e-5f, 3.0f, 0, 0, 0, 0},
-        {"far", 300, 0.01f, 0.1f, 40, 0, 0, 0},
-        {"very far", 300, 0.01f, 0.1f, 3e5f, 0, 0, 0},
-        {"far, with triangles", 90, 0.01f, 0.1f, 200, 2, 60, 0},
-        {"placed", 120, 0.01f, 0.2f, 0, 0, 0, 5},
-        {"placed, with triangles, far", 60, 0.01f, 0.2f, 60, 2, 30, 5},
+        {"three", 3, 0.2f, 0.9f, 0, 0, 0, 0, 0, 0},
+        {"many", TEST_MANY(3000), 0.005f, 0.06f, 0, 0, 0, 0, 0, 0}, /* any hits among so many go in streams (STREAM_BALLS) */
+        {"large ones that overlap", 90, 0.1f, 0.8f, 0, 0, 0, 0, 0, 0},
+        {"with boxes", 60, 0.01f, 0.2f, 0, 7, 0, 0, 0, 0},
+        {"with more boxes", 20, 0.01f, 0.2f, 0, 40, 0, 0, 0, 0},
+        {"with triangles", 60, 0.01f, 0.2f, 0, 3, 60, 0, 0, 0},
+        {"of very different sizes", 200, 1e-5f, 3.0f, 0, 0, 0, 0, 0, 0},
+        {"far", 300, 0.01f, 0.1f, 40, 0, 0, 0, 0, 0},
+        {"very far", 300, 0.01f, 0.1f, 3e5f, 0, 0, 0, 0, 0},
+        {"far, with triangles", 90, 0.01f, 0.1f, 200, 2, 60, 0, 0, 0},
+        {"placed", 120, 0.01f, 0.2f, 0, 0, 0, 5, 0, 0},
+        {"placed, with triangles, far", 60, 0.01f, 0.2f, 60, 2, 30, 5, 0, 0},
+        {"with sticks", TEST_MANY(600), 0.005f, 0.06f, 0, 0, 0, 0, TEST_MANY(1800), 0}, /* streams of any hits, as above */
+        {"with large sticks", 20, 0.05f, 0.3f, 0, 0, 0, 0, 60, 0},
+        {"with all kinds", 60, 0.01f, 0.2f, 0, 30, 0, 0, 60, 6},
+        {"with all kinds, far", 60, 0.01f, 0.2f, 40, 30, 0, 0, 60, 6},
+        {"with all kinds, very far", 60, 0.01f, 0.2f, 3e5f, 30, 0, 0, 60, 6},
+        {"with all kinds on triangles", 60, 0.01f, 0.2f, 0, 30, 60, 0, 60, 6},
+        {"with more tori", 20, 0.01f, 0.2f, 0, 0, 0, 0, 20, 20}, /* no balls */
+        {"with a few tori", 60, 0.01f, 0.2f, 0, 0, 0, 0, 0, 6},  /* balls, but no forms */
+        {"placed, all kinds", 60, 0.01f, 0.2f, 0, 10, 0, 5, 60, 3},
     };
     (void)state;
     for (uint32_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
@@ -244,6 +281,7 @@ static void test_all(void **state)
         assert_int_equal(rt_scene_create(ctx, &own), RT_OK);
         add_spheres(a, own, centers, radii, &rng);
         add_others(a, own, &rng);
+        add_sticks(a, own, centers, &rng);
         scene = place(a, ctx, own, &rng);
         assert_int_equal(rt_tracer_create(scene, "brute", &tracer), RT_OK);
         fill(a, centers, radii, &rng);
@@ -278,7 +316,7 @@ static void test_equal(void **state)
     static float centers[3 * 24], radii[24];
     (void)state;
     for (uint32_t order = 0; order < 4; order++) { /* triangles before spheres, behind, on both sides; and from far away */
-        const kind a = {"equal hits", 24, 0, 0, 0, 0, 0, 0};
+        const kind a = {"equal hits", 24, 0, 0, 0, 0, 0, 0, 0, 0};
         rt_spheres_desc d = rt_spheres_desc_default();
         rt_context_desc c = rt_context_desc_default();
         test_rng rng = {order};
