@@ -85,15 +85,16 @@ enum {
     RTI_SURFACE_SMOOTH,
     RTI_SURFACE_SPHERE,
     RTI_SURFACE_BOX,
+    RTI_SURFACE_CONE, /* and cylinders */
     RTI_SURFACE_PLANE,
     RTI_SURFACE_OTHER,
-    RTI_SURFACE_PLACED, /* and above: those from MESH to BOX in instances that stand still */
-    RTI_SURFACE_COUNT = RTI_SURFACE_PLACED + RTI_SURFACE_BOX - RTI_SURFACE_MESH + 1
+    RTI_SURFACE_PLACED, /* and above: those from MESH to CONE in instances that stand still */
+    RTI_SURFACE_COUNT = RTI_SURFACE_PLACED + RTI_SURFACE_CONE - RTI_SURFACE_MESH + 1
 };
 #define RTI_LOOK_EMISSIVE 0u
 #define RTI_LOOK_PLAIN    1u
 #define RTI_LOOK_TEXTURED 2u /* and above, by the texture */
-#define RTI_LOOK_TEXTURES 20u
+#define RTI_LOOK_TEXTURES 17u
 #define RTI_LOOK_COUNT    (RTI_LOOK_TEXTURED + RTI_LOOK_TEXTURES)
 
 /* What a step of an integrator does with a sheaf whose surfaces are there. */

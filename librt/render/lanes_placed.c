@@ -114,7 +114,7 @@ static float *rows_at(rti_sheaf *c, size_t field)
 static void place(const rtk_scene *scene, rti_sheaf *c)
 {
     const uint32_t kind = c->surface_kind - RTI_SURFACE_PLACED + RTI_SURFACE_MESH;
-    const bool by_ray = kind == RTI_SURFACE_SPHERE || kind == RTI_SURFACE_BOX;
+    const bool by_ray = kind == RTI_SURFACE_SPHERE || kind == RTI_SURFACE_BOX || kind == RTI_SURFACE_CONE;
     float ray[6 * RTK_BLOCK] RTI_ROW;
     maps m;
     load_maps(scene, c, &m);

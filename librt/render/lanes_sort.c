@@ -49,6 +49,9 @@ static uint32_t surface_of(const rtk_group *g, const rtk_geom *geom, uint32_t pr
         return RTI_SURFACE_SPHERE;
     case RTK_SHAPE_BOX:
         return RTI_SURFACE_BOX;
+    case RTK_SHAPE_CYLINDER:
+    case RTK_SHAPE_CONE:
+        return RTI_SURFACE_CONE;
     default:
         return RTI_SURFACE_OTHER;
     }
@@ -61,16 +64,18 @@ static const struct {
     [RTI_SURFACE_SMOOTH] = {true, true},
     [RTI_SURFACE_SPHERE] = {false, true},
     [RTI_SURFACE_BOX] = {false, true},
+    [RTI_SURFACE_CONE] = {false, true},
     [RTI_SURFACE_OTHER] = {true, true},
     [RTI_SURFACE_PLACED + RTI_SURFACE_SMOOTH - RTI_SURFACE_MESH] = {true, true},
     [RTI_SURFACE_PLACED + RTI_SURFACE_SPHERE - RTI_SURFACE_MESH] = {false, true},
     [RTI_SURFACE_PLACED + RTI_SURFACE_BOX - RTI_SURFACE_MESH] = {false, true},
+    [RTI_SURFACE_PLACED + RTI_SURFACE_CONE - RTI_SURFACE_MESH] = {false, true},
 };
 
 /* As what it stands in an instance. */
 static uint32_t placed_of(const rtk_instance *i, uint32_t surface)
 {
-    if (i->flags & RTK_INST_MOVING || surface < RTI_SURFACE_MESH || surface > RTI_SURFACE_BOX)
+    if (i->flags & RTK_INST_MOVING || surface < RTI_SURFACE_MESH || surface > RTI_SURFACE_CONE)
         return RTI_SURFACE_OTHER;
     return RTI_SURFACE_PLACED + surface - RTI_SURFACE_MESH;
 }

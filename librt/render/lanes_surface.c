@@ -192,7 +192,7 @@ RTI_LANES_FN static void coordinates(const rtk_group *g, rti_sheaf *c, const flo
     }
 }
 
-/* ---- spheres, boxes, planes ---- */
+/* ---- shapes and planes ---- */
 
 RTI_LANES_FN static void spheres(const rtk_group *g, rti_sheaf *c)
 {
@@ -293,6 +293,64 @@ static void box_densities(rti_sheaf *c)
     {
         const float area = c->uv_scale[k], density = 1.0f / rtk_sqrt(area);
         c->uv_scale[k] = area > 0.0f ? density : 0.0f;
+    }
+}
+
+/* Of a cylinder or cone: without its texture's coordinates. */
+RTI_LANES_FN static void cones(const rtk_group *g, rti_sheaf *c)
+{
+    float ends[8][RTK_BLOCK] RTI_ROW;
+    const float *from[RTK_BLOCK];
+    uint32_t place[RTK_BLOCK] RTI_ROW, pointed[RTK_BLOCK] RTI_ROW;
+    places_of(g, c, place);
+    RTI_EACH_LANE(k)
+    {
+        from[k] = g->shapes[place[k]].p;
+        pointed[k] = g->shapes[place[k]].type == RTK_SHAPE_CONE;
+    }
+    rti_rows4(from, ends);
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        from[k] += 4;
+    rti_rows4(from, ends + 4);
+    RTI_EACH_LANE(k)
+    {
+        const rtk_vec3 e0 = row3(ends[0], ends[1], ends[2], k), e1 = row3(ends[4], ends[5], ends[6], k), a = rtk_sub(e1, e0);
+        const float m = rtk_maxabs(a), r0 = ends[3][k], r1 = pointed[k] ? ends[7][k] : r0;
+        rtk_vec3 q, x, y, round, p, n, lo, hi;
+        float z, far, along, across, v;
+        rtk_ray ray;
+        rtk_cone cone;
+        int middle, end, plain = rtk_unit_is_plain(m);
+        cone.axis = rtk_unit_plain(a);
+        cone.height = m * rtk_len(rtk_v3(a.x / m, a.y / m, a.z / m));
+        cone.r0 = r0;
+        cone.k = (r1 - r0) / cone.height;
+        ray.org = row3(c->ox, c->oy, c->oz, k);
+        ray.dir = row3(c->dx, c->dy, c->dz, k);
+        q = rtk_sub(rtk_ray_at(ray, c->t[k]), e0);
+        z = rtk_dot3(q, cone.axis);
+        q = rtk_madd(q, -z, cone.axis);
+        far = rtk_len(q);
+        rtk_basis(cone.axis, &x, &y); /* as rtk_around */
+        along = rtk_dot3(q, x);
+        across = rtk_dot3(q, y);
+        round = rtk_add(rtk_scale(x, along), rtk_scale(y, across));
+        middle = (along == 0.0f) & (across == 0.0f);
+        plain &= middle | rtk_unit_is_plain(rtk_maxabs(round));
+        round = rtk_unit_plain(round);
+        round = rtk_v3(middle ? x.x : round.x, middle ? x.y : round.y, middle ? x.z : round.z);
+        end = rtk_cone_onto(cone, e0, e1, r1, z, far, round, &p, &n, &v);
+        plain &= end | rtk_unit_is_plain(rtk_maxabs(n));
+        x = rtk_unit_plain(n);
+        rtk_ends_bounds(e0, rtk_cone_disc(cone.axis, r0), e1, rtk_cone_disc(cone.axis, r1), &lo, &hi);
+        c->plain[k] = (uint32_t)plain;
+        c->error[k] = rtk_shape_error(p, rtk_sub(hi, lo));
+        c->px[k] = p.x;
+        c->py[k] = p.y;
+        c->pz[k] = p.z;
+        c->gx[k] = end ? n.x : x.x;
+        c->gy[k] = end ? n.y : x.y;
+        c->gz[k] = end ? n.z : x.z;
     }
 }
 
@@ -436,6 +494,11 @@ void RTI_ISA_FN(rti_lanes_body)(const rtk_group *g, uint32_t kind, rti_sheaf *c)
         shape_tints(g, c);
         if (textured)
             box_densities(c);
+    } else if (kind == RTI_SURFACE_CONE) {
+        cones(g, c);
+        shape_tints(g, c);
+        if (textured) /* angles take inverse functions: lane after lane */
+            memset(c->plain, 0, sizeof c->plain);
     } else {
         planes(g, c);
     }
