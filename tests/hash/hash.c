@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../support/many.h"
 #include "scenes.h"
 
 typedef struct arrangement {
@@ -15,7 +16,7 @@ typedef struct arrangement {
 /* The first is the reference, and of costs the first of each tracer, whose are side by side. */
 static const arrangement arrangements[] = {
     {"brute", 1, 64, RT_SCHEDULE_DYNAMIC},  {"kdtree", 2, 8, RT_SCHEDULE_DYNAMIC},
-#ifndef __SANITIZE_THREAD__ /* is here for races, which the others would have, too */
+#if !TEST_SANITIZED /* which are here for races and accesses, which the others would have, too */
     {"kdtree", 1, 16, RT_SCHEDULE_DYNAMIC}, {"kdtree", 3, 64, RT_SCHEDULE_STATIC}, {"octree", 3, 16, RT_SCHEDULE_DYNAMIC},
 #endif
     {"octree", 8, 8, RT_SCHEDULE_STATIC},   {"bvh", 2, 32, RT_SCHEDULE_DYNAMIC},

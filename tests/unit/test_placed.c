@@ -7,6 +7,7 @@
 
 #include "scene/look.h"
 #include "scene/scene.h"
+#include "support/many.h"
 #include "support/world.h"
 #include "trace/lane.h"
 
@@ -195,7 +196,7 @@ static void ask_alone(const rtk_scene *scene, const rti_tracer *tracer, uint32_t
 }
 
 /* A tracer at every level, marked as coherent and not, with and without shapes' parameters; and ray by ray. Where fewer will do,
- * two of the four ways, at each other level and in each other turn the other two. */
+ * two of the four ways, under a sanitizer one, at each other level and in each other turn others. */
 static void against_brute(rt_scene *scene, const char *name, void *room, uint32_t count, uint32_t turn)
 {
     rt_tree_query query = rt_tree_query_default();
@@ -204,7 +205,7 @@ static void against_brute(rt_scene *scene, const char *name, void *room, uint32_
     kit_ok(rt_scene_context(scene), rti_look_begin(scene, "test", &query, &look));
     for (int isa = 0; isa < RTI_ISA_COUNT; isa++) {
         for (uint32_t way = 0; way < 4 && rti_isa_runs((rti_isa)isa); way++) {
-            if (test_fewer() && ((way ^ way >> 1 ^ (uint32_t)isa ^ turn) & 1u))
+            if (test_fewer() && ((way ^ way >> 1 ^ (uint32_t)isa ^ turn) & (TEST_SANITIZED ? 3u : 1u)) != 0)
                 continue;
             const uint32_t flags = way & 1 ? RTI_TRACE_COHERENT : 0;
             const rti_tracer *tracer = rti_tracer_find((rti_isa)isa, name);

@@ -15,13 +15,14 @@
 
 #include "support/generate.h"
 #include "support/judge.h"
+#include "support/many.h"
 #include "support/parts.h"
 #include "support/rays.h"
 #include "trace/lane.h"
 
 #define BATCH  1024u
 #define MOST   4096u
-#define ROUNDS 12u
+#define ROUNDS (TEST_SANITIZED ? 8u : 12u)
 
 static rtk_trace_block rays[MOST / RTK_BLOCK];
 static rtk_hit_block want[MOST / RTK_BLOCK], got[MOST / RTK_BLOCK];
@@ -543,7 +544,7 @@ static void learned(const test_world *w, const char *what)
     test_targets_init(&t, w);
     test_closest_open(&judge, &w->scene);
     assert_true(rti_tracer_count() <= 8);
-    for (uint32_t round = 0; round < (test_fewer() ? 2 : 4) * (sizeof counts / sizeof *counts); round++) {
+    for (uint32_t round = 0; round < (TEST_SANITIZED ? 1 : (test_fewer() ? 2 : 4)) * (sizeof counts / sizeof *counts); round++) {
         const uint32_t count = counts[round % (sizeof counts / sizeof *counts)];
         const enum way way = round % 8 == 3 ? LIGHT : (round % 8 == 5 ? EYE : CAMERA);
         fill(&t, &rng, way, round);

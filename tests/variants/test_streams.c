@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "support/generate.h"
+#include "support/many.h"
 #include "support/parts.h"
 #include "support/rays.h"
 
@@ -127,7 +128,7 @@ static void compare(const char *what, const char *name, uint32_t count)
 static void sweep(const rtk_scene *s, const kind *a)
 {
     const uint32_t counts[] = {a->count, a->count - 5, 4096, 1024, 300, 70, 64, 15, 8, 1};
-    static uint32_t turn; /* where fewer will do, each batch goes every other way */
+    static uint32_t turn; /* where fewer will do, each batch goes every other way, under a sanitizer every fourth */
     const rti_tracer *judge = test_judge();
     uint32_t hits = 0;
     turn++;
@@ -141,7 +142,7 @@ static void sweep(const rtk_scene *s, const kind *a)
             const uint32_t count = counts[c / WAYS];
             const enum way way = (enum way)(c % WAYS);
             const bool crowds = a->crowded && way == NARROW && count == MOST;
-            if (test_fewer() && !crowds && (c / WAYS + c % WAYS + turn) % 2)
+            if (test_fewer() && !crowds && (c / WAYS + c % WAYS + turn) % (TEST_SANITIZED ? 4 : 2) != 0)
                 continue;
             if (tracer->tree == RTK_TREE_NONE || count > a->count)
                 continue;
