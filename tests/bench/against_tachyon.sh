@@ -1,5 +1,5 @@
 #!/bin/bash
-# Frames of librt and of Tachyon (Debian: tachyon) on the same triangles or spheres, camera and light, in one run, interleaved: 1000x700, one sample, one shadow
+# Frames of librt and of Tachyon (Debian: tachyon) on the same triangles, spheres or cylinders, camera and light, in one run, interleaved: 1000x700, one sample, one shadow
 # ray a hit.
 #   tests/bench/against_tachyon.sh RTRAY [RUNS]        prints CSV; LIBRT_SCENES names the folder of meshes
 # Times are the renderers' own: what comes after the scene was read and its tree built. Timings decide nothing here.
@@ -59,9 +59,9 @@ compare() {
 }
 
 echo "scene,size,program,workers,run,seconds"
-for name in flake mirrors; do
-  lua5.4 "$here/sphere_scene.lua" $name librt "$work/$name.lua"
-  lua5.4 "$here/sphere_scene.lua" $name tachyon "$work/$name.dat"
+for name in flake mirrors molecule protein; do
+  lua5.4 "$here/shape_scene.lua" $name librt "$work/$name.lua"
+  lua5.4 "$here/shape_scene.lua" $name tachyon "$work/$name.dat"
   compare $name "$work/$name.lua" "$work/$name.dat" 1000x700
 done
 while read -r name mesh eye look_at fov light floor; do
