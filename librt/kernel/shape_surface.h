@@ -88,25 +88,30 @@ RTK_FN void rtk_shape_form(RT_GLOBAL const rtk_shape *s, float to[RTK_FORM - RTK
     to[7] = cone ? s->p[s->type == RTK_SHAPE_CONE ? 7u : 3u] : 0.0f;
 }
 
-/* x, y, z and radius of a sphere, or of a ball that holds the shape and is a little larger than need be; of a plane all of
- * space. */
+/* x, y, z and radius of a sphere, or of a ball that holds all roots of the shape (rtk_shape_roots), a little larger than need be;
+ * of a plane all of space. A torus' and a cone's hold their boxes, whose half diagonals are no longer than the sums here: the roots
+ * of needles and of flat cones are no better. Those of cylinders are on their surfaces. */
 RTK_FN void rtk_shape_ball(RT_GLOBAL const rtk_shape *s, float to[RTK_BALL])
 {
     rtk_vec3 a = rtk_at(s->p), b = a;
-    float along, across = 0.0f;
-    if (s->type == RTK_SHAPE_BOX) {
+    float along, radius;
+    if (s->type == RTK_SHAPE_BOX)
         b = rtk_at(s->p + 3);
-    } else if (s->type == RTK_SHAPE_TORUS) {
-        across = s->p[3] + s->p[7];
-    } else if (s->type == RTK_SHAPE_CYLINDER || s->type == RTK_SHAPE_CONE) {
+    if (s->type == RTK_SHAPE_CYLINDER || s->type == RTK_SHAPE_CONE)
         b = rtk_at(s->p + 4);
-        across = s->type == RTK_SHAPE_CONE ? rtk_max(s->p[3], s->p[7]) : s->p[3];
-    }
     along = 0.5f * rtk_len(rtk_sub(b, a));
+    if (s->type == RTK_SHAPE_CYLINDER)
+        radius = rtk_sqrt(along * along + s->p[3] * s->p[3]);
+    else if (s->type == RTK_SHAPE_CONE)
+        radius = along + 1.4143f * rtk_max(s->p[3], s->p[7]);
+    else if (s->type == RTK_SHAPE_TORUS)
+        radius = 1.4143f * s->p[3] + 1.7321f * s->p[7];
+    else
+        radius = along;
     to[0] = 0.5f * a.x + 0.5f * b.x;
     to[1] = 0.5f * a.y + 0.5f * b.y;
     to[2] = 0.5f * a.z + 0.5f * b.z;
-    to[3] = 1.0001f * rtk_sqrt(along * along + across * across) + 1.0e-18f;
+    to[3] = 1.0001f * radius + 1.0e-18f;
     if (s->type == RTK_SHAPE_PLANE)
         to[3] = RTK_INF;
     if (s->type == RTK_SHAPE_SPHERE) { /* exactly: halves of denormal numbers are rounded */

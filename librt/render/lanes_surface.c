@@ -75,10 +75,13 @@ static void load_attribute(const rtk_group *g, const rti_sheaf *c, size_t offset
     {
         const rtk_geom *geom = &g->geoms[c->geom[k]];
         const rtk_u64 offset = *(const rtk_u64 *)(const void *)((const char *)geom + offset_at);
-        const uint32_t *corner = (const uint32_t *)(const void *)(g->attributes + geom->off_indices) + 3 * (size_t)c->prim[k];
-        const float *all = (const float *)(const void *)(g->attributes + offset);
         for (uint32_t i = 0; i < 3; i++) {
-            const float *from = offset != 0 ? all + width * (size_t)corner[i] : none + width * i;
+            const float *from = none + width * i;
+            if (offset != 0) { /* else there may be no attributes at all */
+                const uint32_t *corners_of = (const uint32_t *)(const void *)(g->attributes + geom->off_indices);
+                const float *all = (const float *)(const void *)(g->attributes + offset);
+                from = all + width * (size_t)corners_of[3 * (size_t)c->prim[k] + i];
+            }
             for (uint32_t j = 0; j < width; j++)
                 row[width * i + j][k] = from[j];
         }

@@ -50,11 +50,11 @@ RTI_VEC VEC LOCAL(VEC org, VEC anchor, VEC t, VEC d)
     return s + (se + (fe + pe));
 }
 
-/* Of `lanes` those whose rays may meet what is in a ball, between tmin and `far`: by margins as rtk_local_ray and rtk_sphere_passed
- * have them. */
+/* Of `lanes` those whose rays may meet what is in a ball, between tmin and `far`: by margins as rtk_sphere_passed has them. Roots
+ * lie in their shape's box grown by 67 u scale, a margin and a bit, along each axis: they are brought there (rtk_roots_in_box). */
 RTI_VEC uint32_t NEAR(const RAY *r, const VEC middle[3], VEC radius, VEC far, uint32_t lanes)
 {
-    const VEC reach = radius + r->margin;
+    const VEC reach = radius + F(set)(3.0f) * r->margin;
     const VEC f[3] = {r->org[0] - middle[0], r->org[1] - middle[1], r->org[2] - middle[2]};
     const VEC t = -(f[0] * r->dir[0] + f[1] * r->dir[1] + f[2] * r->dir[2]) / r->dd;
     const VEC p[3] = {f[0] + t * r->dir[0], f[1] + t * r->dir[1], f[2] + t * r->dir[2]};

@@ -149,19 +149,20 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC inv[3], const CONE *cone, VEC far,
     /* Of no length, or too long: rtk_unit has other ways. */
     *ask = lanes & ~(M(bits)(F(le)(F(set)(1.0e-15f), m)) & M(bits)(F(le)(m, F(set)(1.0e15f))));
     lanes &= ~*ask & M(bits)(F(le)(DOT(p, p), reach * reach));
-    /* Behind the range, or in front of it, by margins as rtk_sphere_passed has them. */
-    const VEC ahead = r->tshift + t;
-    const VEC around = F(set)(1.01f) * reach / r->len + F(set)(1.0e-5f) * (F(abs)(t) + F(abs)(ahead));
+    /* Behind the range, or in front of it, by margins as rtk_sphere_passed has them: of a ball around the box where roots stay. */
+    const VEC ahead = r->tshift + t, whole = reach + F(set)(0.4143f) * widest + F(set)(2.0f) * r->margin;
+    const VEC around = F(set)(1.01f) * whole / r->len + F(set)(1.0e-5f) * (F(abs)(t) + F(abs)(ahead));
     lanes &= ~M(bits)(F(lt)(ahead + around, r->tmin)) & ~M(bits)(F(lt)(far, ahead - around));
     if (lanes == 0u)
         return 0u;
-    /* Farther from the axis, which is taken to go on, than the greatest radius: |p n| / |n|, with n across both. Roundings move n
-     * by 8 u, so p n by some 16 u of reach, and p by less than the margin; a root's own error is less than that, too. */
+    /* Of cylinders: farther from the axis, which is taken to go on, than the radius: |p n| / |n|, with n across both. Roundings
+     * move n by 8 u, so p n by some 16 u of reach, and p by less than the margin; a root's own error is less than that, too. (Not
+     * so of cones: of needles, whose discriminant is known to some u of reach squared, rays have roots beside them.) */
     const VEC n[3] = {r->unit[1] * scaled[2] - r->unit[2] * scaled[1], r->unit[2] * scaled[0] - r->unit[0] * scaled[2],
                       r->unit[0] * scaled[1] - r->unit[1] * scaled[0]};
     const VEC apart = F(abs)(DOT(p, n)) - F(set)(4.0e-6f) * reach, wide = widest + r->margin;
     lanes &= ~(M(bits)(F(lt)(F(set)(1.0001f) * (wide * wide) * DOT(n, n), apart * apart)) & M(bits)(F(lt)(zero, apart)) &
-               M(bits)(F(lt)(reach, F(set)(1.0e18f))));
+               M(bits)(F(lt)(reach, F(set)(1.0e18f))) & M(bits)(F(eq)(cone->radius[0], cone->radius[1])));
     if (lanes == 0u)
         return 0u;
     const VEC length = F(sqrt)(DOT(a, a));

@@ -26,12 +26,13 @@ static rtk_vec3 one_axis(rng *g)
     return rtk_v3(k == 0 ? way : 0.0f, k == 1 ? way : 0.0f, k == 2 ? way : 0.0f);
 }
 
-/* A cylinder or a cone of a part of the size `scale`, mostly no smaller than a thousandth of that; thin, flat, pointed, along an
- * axis. */
+/* A cylinder or a cone of a part of the size `scale`, mostly no smaller than a thousandth of that; thin as a needle, flat as
+ * paper, pointed, along an axis. */
 static void make_cone(rng *g, float scale, rtk_shape *s)
 {
     const float length = scale * (0.1f + rng_unit(g)) * shrunk(g, rng_u32(g) % 8 ? 8 : 70);
-    const float radius = length * (0.1f + 2.0f * rng_unit(g)) * shrunk(g, 10);
+    const float thin = shrunk(g, rng_u32(g) % 2 ? 10 : 22), flat = rng_u32(g) % 8 ? 1.0f : 1.0f / shrunk(g, 24);
+    const float radius = rtk_min(length * (0.1f + 2.0f * rng_unit(g)) * thin * flat, scale);
     const rtk_vec3 way = rng_u32(g) % 4 ? rng_dir(g) : one_axis(g);
     rtk_vec3 from = rng_u32(g) % 4 ? rng_vec(g, scale) : rtk_v3(0.0f, 0.0f, 0.0f), to = rtk_madd(from, length, way);
     memset(s, 0, sizeof *s);
@@ -61,7 +62,7 @@ static rtk_vec3 surface(rng *g, const rtk_shape *s, float off, rtk_vec3 *out)
 static void make_ray(rng *g, float scale, const rtk_shape *s, rtk_pray *r)
 {
     const rtk_cone c = rtk_cone_of(s);
-    const uint32_t kind = rng_u32(g) % 8, way = rng_u32(g) % 12;
+    const uint32_t kind = rng_u32(g) % 8, way = rng_u32(g) % 16;
     const float ulps = 1.1920929e-07f * ldexpf(rng_pm(g), (int)(rng_u32(g) % 12));
     rtk_vec3 out, at = surface(g, s, scale * ulps, &out), dir = rng_dir(g), there, unused;
     memset(r, 0, sizeof *r);
@@ -71,8 +72,9 @@ static void make_ray(rng *g, float scale, const rtk_shape *s, rtk_pray *r)
         r->org = rtk_madd(rtk_at(s->p), c.height * rng_unit(g), c.axis);
     if (kind == 1 || kind == 2)
         r->org = rng_vec(g, 2.0f * scale);
-    there = surface(g, s, scale * ulps, &unused);
-    if (way < 4) /* to another point of it, or past that */
+    /* To another point of it, or past that; of needles, by up to three times the radius. */
+    there = surface(g, s, way < 4 ? scale * ulps : 3.0f * rtk_max(s->p[3], s->p[7]) * rng_unit(g), &unused);
+    if (way < 4 || way >= 12)
         dir = rtk_sub(there, r->org);
     if (way == 4) /* along the surface */
         dir = rtk_madd(dir, -rtk_dot3(dir, out) * (1.0f + rng_pm(g) * shrunk(g, 30)), out);
@@ -94,7 +96,7 @@ static void make_ray(rng *g, float scale, const rtk_shape *s, rtk_pray *r)
 }
 
 static void cones(const char *isa, uint32_t width,
-                  uint32_t (*probe)(uint32_t, const rtk_pray *, const rtk_shape *, float *, uint32_t *))
+                  uint32_t (*probe)(uint32_t, const rtk_pray *, const rtk_shape *, float *, uint32_t *, uint32_t *))
 {
     const char *pairs_text = getenv("LIBRT_PAIRS");
     const uint64_t pairs = pairs_text ? strtoull(pairs_text, NULL, 10) : 1000000;
@@ -105,12 +107,12 @@ static void cones(const char *isa, uint32_t width,
         rtk_pray rays[16];
         rtk_shape shapes[16];
         float t[16];
-        uint32_t ask = 0;
+        uint32_t ask = 0, near = 0;
         for (uint32_t i = 0; i < width; i++) {
             make_cone(&g, scale, &shapes[i]);
             make_ray(&g, scale, &shapes[i], &rays[i]);
         }
-        assert_int_equal(probe(width, rays, shapes, t, &ask), width);
+        assert_int_equal(probe(width, rays, shapes, t, &ask, &near), width);
         for (uint32_t i = 0; i < width; i++) {
             const rtk_pray *r = &rays[i];
             const rtk_shape *s = &shapes[i];
@@ -119,7 +121,7 @@ static void cones(const char *isa, uint32_t width,
             met += (uint64_t)hit;
             left += (uint64_t)!hit;
             asked += ask >> i & 1u;
-            if (!(ask >> i & 1u) && (hit ? rtk_bits(t[i]) != rtk_bits(roots[0]) : t[i] == t[i]))
+            if ((hit && !(near >> i & 1u)) || (!(ask >> i & 1u) && (hit ? rtk_bits(t[i]) != rtk_bits(roots[0]) : t[i] == t[i])))
                 fail_msg("%s, %u lanes: org %a %a %a dir %a %a %a tmin %a tmax %a shift %a scale %a, type %u from %a %a %a %a to "
                          "%a %a %a %a: "
                          "%a for %a",
@@ -141,8 +143,8 @@ static void test_levels(void **state)
         rtk_pray rays[16] = {0};                                                                                                 \
         rtk_shape shapes[16] = {0};                                                                                              \
         float t[16];                                                                                                             \
-        uint32_t ask;                                                                                                            \
-        if (probe_cones_##name(width, rays, shapes, t, &ask) == width)                                                           \
+        uint32_t ask, near;                                                                                                      \
+        if (probe_cones_##name(width, rays, shapes, t, &ask, &near) == width)                                                    \
             cones(#name, width, probe_cones_##name);                                                                             \
     }
     RTI_ISA_EACH(LEVEL)

@@ -258,6 +258,7 @@ static void test_all(void **state)
         {"placed, with triangles, far", 60, 0.01f, 0.2f, 60, 2, 30, 5, 0, 0},
         {"with sticks", TEST_MANY(600), 0.005f, 0.06f, 0, 0, 0, 0, TEST_MANY(1800), 0}, /* streams of any hits, as above */
         {"with large sticks", 20, 0.05f, 0.3f, 0, 0, 0, 0, 60, 0},
+        {"with needles", 300, 1e-5f, 1e-4f, 0, 0, 0, 0, 900, 0},
         {"with all kinds", 60, 0.01f, 0.2f, 0, 30, 0, 0, 60, 6},
         {"with all kinds, far", 60, 0.01f, 0.2f, 40, 30, 0, 0, 60, 6},
         {"with all kinds, very far", 60, 0.01f, 0.2f, 3e5f, 30, 0, 0, 60, 6},
