@@ -16,7 +16,7 @@ static inline bool rti_builds_bvh(uint32_t builder)
 typedef struct rti_build_settings {
     uint32_t builder;   /* RTI_BUILD_* */
     uint32_t max_depth; /* 0: 8 + 1.3 log2(n) for kd (at most 64), 16 for the octree, 48 for the BVH; at most 96 */
-    /* octree: split above it (1024 where most are triangles, 32 balls, 8 other shapes); kd: cost decides, this only stops
+    /* octree: split above it (1024 where most are triangles, 32 shapes, 8 instances); kd: cost decides, this only stops
      * at <= it; BVH: no leaf has more. 0: default */
     uint32_t leaf_size;
     float cost_traverse, cost_intersect, empty_bonus; /* <= 0 / NaN: defaults */
@@ -44,18 +44,6 @@ typedef struct rti_build_input {
     float grow;
     uint32_t balls; /* floats of each (rtk_tree_header.ball_size), which rti_tree_balls is to write; 0: there are to be none */
 } rti_build_input;
-
-/* Do leaves meet shapes of a type in vectors? */
-static inline bool rti_in_vectors(uint32_t type)
-{
-    return type == RTK_SHAPE_SPHERE || type == RTK_SHAPE_BOX || type == RTK_SHAPE_CYLINDER || type == RTK_SHAPE_CONE;
-}
-
-/* Others are tested one by one where there are balls, which costs more than their way without; so those are to be few. */
-static inline bool rti_mostly_in_vectors(uint32_t in_vectors, uint32_t shapes)
-{
-    return in_vectors > 0 && 8 * (uint64_t)in_vectors >= 7 * (uint64_t)shapes;
-}
 
 /* Builds with the context's workers; the same bytes for any number of them. The chunk (header rtk_tree_header, arrays 64-byte
  * aligned) is one block of *size bytes from rti_alloc. Errors: MEMORY, MEMORY_LIMIT, CANCELLED (polled at least every few ms of
@@ -86,13 +74,13 @@ uint64_t rti_tree_build_memory(const rti_build_input *input, const rti_build_set
 /* Checks a TREE chunk that came from outside: offsets, child and reference indices, leaf bounds, depth <= 96, no cycle.
  * prim_limit: references must be below. */
 bool rti_tree_valid(const void *chunk, size_t size, uint32_t prim_limit);
-/* Of a valid chunk: its blocks, if it has any, hold the vertices of the triangles that their references name, and its balls the
- * spheres. tris, then shapes, as in references. */
+/* Of a valid chunk: its blocks, if it has any, hold the vertices of the triangles that their references name, and its balls and
+ * forms the shapes. tris, then shapes, as in references. */
 bool rti_tree_copies_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_count, const rtk_shape *shapes);
 /* Of a valid chunk: it is of a tree over this box, by its root (rti_root_cell). */
 bool rti_tree_is_over(const void *chunk, const float lo[3], const float hi[3]);
 
-/* Writes the spheres (rtk_tree_header.ball_count) of a tree over a group's primitives, which it was built with room for or has had
+/* Writes the balls (rtk_tree_header.ball_count) of a tree over a group's primitives, which it was built with room for or has had
  * before. shapes: the group's, of which references from tri_count on are. The same bytes for any number of workers. */
 void rti_tree_balls(rt_context *ctx, void *chunk, const rtk_shape *shapes, uint32_t tri_count);
 

@@ -1,5 +1,4 @@
 /* Finished trees: views, how nodes of each kind open, and the check of trees that come from outside. */
-#include <stdatomic.h>
 #include <string.h>
 
 #include "../kernel/bvh.h"
@@ -248,37 +247,34 @@ bool rti_tree_is_over(const void *chunk, const float lo[3], const float hi[3])
     return memcmp(h->lo, root.lo, sizeof root.lo) == 0 && memcmp(h->hi, root.hi, sizeof root.hi) == 0;
 }
 
-/* What a reference's ball holds, and behind it its form where there is room; returns whether it is a shape that leaves meet in
- * vectors. */
-static bool ball_of(const rtk_shape *shapes, uint32_t tri_count, uint32_t ref, float *to, uint32_t size)
+/* What a reference's ball holds, and behind it its form where there is room. */
+static void ball_of(const rtk_shape *shapes, uint32_t tri_count, uint32_t ref, float *to, uint32_t size)
 {
     const rtk_shape *shape = !shapes || ref < tri_count ? NULL : &shapes[ref - tri_count];
     memcpy(to, nothing, size * sizeof *to);
     to[3] = -RTK_INF;
     if (!shape)
-        return false;
+        return;
     rtk_shape_ball(shape, to);
     if (shape->type != RTK_SHAPE_SPHERE)
         to[3] = -to[3];
     if (size == RTK_FORM)
         rtk_shape_form(shape, to + RTK_BALL);
-    return rti_in_vectors(shape->type);
 }
 
 bool rti_tree_copies_valid(const void *chunk, const rtk_tri *tris, uint32_t tri_count, const rtk_shape *shapes)
 {
     rtk_tree t = rti_tree_view(chunk);
-    uint32_t in_vectors = 0;
+    if (t.ball_count > 0 && !shapes) /* instances have none */
+        return false;
     for (size_t i = 0; t.ball_count > 0 && i < rti_balls_room(t.ball_count, 1) / sizeof *t.balls; i++) {
         float ball[RTK_FORM];
         memcpy(ball, nothing, sizeof ball);
         if (i < t.ball_count)
-            in_vectors += ball_of(shapes, tri_count, t.refs[(size_t)t.block_count * RTK_BVH_BLOCK + i], ball, t.ball_size);
+            ball_of(shapes, tri_count, t.refs[(size_t)t.block_count * RTK_BVH_BLOCK + i], ball, t.ball_size);
         if (memcmp(ball, t.balls + i * t.ball_size, t.ball_size * sizeof *ball) != 0)
             return false;
     }
-    if (t.ball_count > 0 && !rti_mostly_in_vectors(in_vectors, t.ball_count)) /* there would be none; of instances, none are */
-        return false;
     for (uint32_t i = 0; i < t.block_count * RTK_BVH_BLOCK; i++) {
         const rtk_bvhblock *b = &t.blocks[i / RTK_BVH_BLOCK];
         uint32_t lane = i % RTK_BVH_BLOCK;
@@ -303,17 +299,15 @@ typedef struct ball_job {
     uint32_t tri_count, count, size;
     const uint32_t *refs; /* of the first */
     float *balls;
-    _Atomic uint32_t in_vectors;
 } ball_job;
 
 static void ball_task(void *data, uint32_t task)
 {
     ball_job *job = data;
-    uint32_t first = task * BALLS_A_TASK, end = rtk_umin(job->count, first + BALLS_A_TASK), in_vectors = 0;
+    uint32_t first = task * BALLS_A_TASK, end = rtk_umin(job->count, first + BALLS_A_TASK);
     for (uint32_t i = first; i < end; i++) {
-        in_vectors += ball_of(job->shapes, job->tri_count, job->refs[i], job->balls + (size_t)i * job->size, job->size);
+        ball_of(job->shapes, job->tri_count, job->refs[i], job->balls + (size_t)i * job->size, job->size);
     }
-    atomic_fetch_add_explicit(&job->in_vectors, in_vectors, memory_order_relaxed);
 }
 
 void rti_tree_balls(rt_context *ctx, void *chunk, const rtk_shape *shapes, uint32_t tri_count)
@@ -328,6 +322,4 @@ void rti_tree_balls(rt_context *ctx, void *chunk, const rtk_shape *shapes, uint3
     for (size_t i = h->ball_count; i < room; i++)
         memcpy(job.balls + i * job.size, nothing, job.size * sizeof *nothing);
     rti_parallel(ctx, (h->ball_count + BALLS_A_TASK - 1) / BALLS_A_TASK, ball_task, &job);
-    if (!rti_mostly_in_vectors(job.in_vectors, h->ball_count))
-        h->ball_count = 0;
 }

@@ -136,7 +136,7 @@ typedef struct rtk_bvhblock {
  * of a sphere; of another shape a ball around it, its radius with the sign turned; of anything else the radius is -infinity.
  * Behind these four, RTK_FORM in all, where there are shapes that are neither spheres nor tori, the form: of a cylinder or cone
  * end 0 xyz, the radius there, end 1 xyz, the radius; of a box low xyz, RTK_FORM_BOX, high xyz, 0; else zeros and
- * RTK_FORM_OTHER. A tree has none of which less than seven of eight are spheres, boxes, cylinders or cones. */
+ * RTK_FORM_OTHER. Trees over instances have none. */
 #define RTK_BALL       4u
 #define RTK_FORM       12u
 #define RTK_FORM_BOX   (-1.0f)

@@ -127,7 +127,7 @@ static bool part_input_make(rt_context *ctx, const rti_chunk *chunk, uint32_t pa
 {
     const rtk_group_header *head = chunk->data;
     const rtk_shape *shapes = rti_chunk_at(chunk, head->off_shapes);
-    uint32_t count = head->parts[part].count, in_vectors = 0, spheres = 0;
+    uint32_t count = head->parts[part].count;
     in->list = rti_part_list(chunk, part);
     in->tris = head->tri_count ? rti_chunk_at(chunk, head->off_tris) : NULL;
     in->tri_count = head->tri_count;
@@ -150,12 +150,10 @@ static bool part_input_make(rt_context *ctx, const rti_chunk *chunk, uint32_t pa
         const rtk_shape *shape = &shapes[in->list ? in->list[in->tri_count + i] - head->tri_count : i];
         rtk_vec3 lo, hi;
         rtk_shape_bounds(shape, &lo, &hi);
-        in_vectors += rti_in_vectors(shape->type);
-        spheres += shape->type == RTK_SHAPE_SPHERE;
+        if (in->balls != RTK_FORM)
+            in->balls = shape->type == RTK_SHAPE_SPHERE || shape->type == RTK_SHAPE_TORUS ? RTK_BALL : RTK_FORM;
         memcpy(in->boxes[i], (float[6]){lo.x, lo.y, lo.z, hi.x, hi.y, hi.z}, sizeof in->boxes[i]);
     }
-    if (rti_mostly_in_vectors(in_vectors, in->shape_count))
-        in->balls = in_vectors == spheres ? RTK_BALL : RTK_FORM;
     return true;
 }
 

@@ -1,5 +1,5 @@
-/* One ray by itself through eight-wide nodes, where all there is to ask are triangles in blocks and spheres, of which each hit
- * counts, for hot files: its hits in leaves of triangles (of spheres: bvh_lone_ball.h). The walk is bvh_lone_walk.h, how
+/* One ray by itself through eight-wide nodes, where all there is to ask are triangles in blocks and shapes, of which each hit
+ * counts, for hot files: its hits in leaves of triangles (of shapes: bvh_lone_ball.h). The walk is bvh_lone_walk.h, how
  * a caller's ray and an instance's come to it bvh_lone_one.h. What a tree's walk is, bvh_lanes.inl and kernel/bvh.h tell; here
  *
  * boxes are met at plane * inv - org * inv, as in streams and with their proof (bvh_stream.h), children wait in the order in

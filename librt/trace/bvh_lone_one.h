@@ -5,7 +5,7 @@
 
 #include "bvh_lone_walk.h"
 
-/* Are a group's shapes spheres for the most part? */
+/* Are a group's shapes met in vectors? */
 RTI_VEC int lone_shapes_fit(const rtk_group *g)
 {
     for (rtk_u32 k = 0u; k < g->part_count && g->shape_count != 0u; k++)
@@ -14,7 +14,7 @@ RTI_VEC int lone_shapes_fit(const rtk_group *g)
     return g->shape_count == 0u || (g->part_count != 0u && g->parts->bvh.ball_count != 0u);
 }
 
-/* Does a scene hold nothing but triangles and spheres of its own, and instances that have bounds? */
+/* Does a scene hold nothing but triangles and shapes of its own, and instances that have bounds? */
 RTI_VEC int lone_fits(const rtk_scene *scene)
 {
     const rtk_group *g = scene->groups;

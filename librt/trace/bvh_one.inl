@@ -102,7 +102,7 @@ RTI_APART void RTK_NAME(one_finish)(const rtk_scene *scene, const rti_ray *ray, 
     *best = q.best;
 }
 
-/* A ray through triangles, spheres and instances, or on to one_other. */
+/* A ray through triangles, shapes and instances, or on to one_other. */
 RTI_APART int RTK_NAME(one_mixed)(const rtk_scene *scene, const rti_ray *ray, float time, rti_hit *hit)
 {
     lone_given given;

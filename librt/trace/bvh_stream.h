@@ -19,7 +19,7 @@
  * Planes are met at plane * inv - org * inv. The product org * inv is rounded, by 2^-24 of |org| <= RTK_FAR scale, which is a
  * sixteenth of what RTK_GROW holds in reserve (ray.h, theory point 3), as long as it is a normal float, or 2^-150, by which it is
  * rounded below those, is as little beside scale |inv|. Rays that come near either end of the floats' range go by bvh_lanes.inl.
- * This is for triangles in blocks, and spheres (bvh_stream_ball.h), of a group each hit of which counts (stream_fits); what else
+ * This is for triangles in blocks, and shapes (bvh_stream_ball.h), of a group each hit of which counts (stream_fits); what else
  * is among those is asked.
  *
  * Closest hits of rays that start far away (mode STREAM_MOVED): origins are moved as they come (bvh_approach.h), boxes are met from
@@ -157,7 +157,7 @@ RTI_VEC void streams_begin(streams *a, const rtk_scene *scene, const rtk_trace_b
     a->told = a->spared = 0u;
 }
 
-/* May the rays of a group go this way? Of a mesh, with some shapes beside it that are asked one by one, or among spheres. */
+/* May the rays of a group go this way? Of a mesh, or among shapes. */
 RTI_VEC int stream_fits(const rtk_group *g, const rtk_part *part)
 {
     return (g->flags & RTK_GROUP_PLAIN) && (part->bvh.ball_count != 0u || (part->bvh.block_count != 0u && bvh_mostly_mesh(g)));

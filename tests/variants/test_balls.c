@@ -263,8 +263,8 @@ static void test_all(void **state)
         {"with all kinds, far", 60, 0.01f, 0.2f, 40, 30, 0, 0, 60, 6},
         {"with all kinds, very far", 60, 0.01f, 0.2f, 3e5f, 30, 0, 0, 60, 6},
         {"with all kinds on triangles", 60, 0.01f, 0.2f, 0, 30, 60, 0, 60, 6},
-        {"with more tori", 20, 0.01f, 0.2f, 0, 0, 0, 0, 20, 20}, /* no balls */
-        {"with a few tori", 60, 0.01f, 0.2f, 0, 0, 0, 0, 0, 6},  /* balls, but no forms */
+        {"with more tori", 20, 0.01f, 0.2f, 0, 0, 0, 0, 20, 20},
+        {"with a few tori", 60, 0.01f, 0.2f, 0, 0, 0, 0, 0, 6}, /* no forms */
         {"placed, all kinds", 60, 0.01f, 0.2f, 0, 10, 0, 5, 60, 3},
     };
     (void)state;

@@ -22,7 +22,7 @@
 
 #define BATCH  1024u
 #define MOST   4096u
-#define ROUNDS (TEST_SANITIZED ? 8u : 12u)
+#define ROUNDS (TEST_SANITIZED || test_fewer() ? 8u : 12u)
 
 static rtk_trace_block rays[MOST / RTK_BLOCK];
 static rtk_hit_block want[MOST / RTK_BLOCK], got[MOST / RTK_BLOCK];

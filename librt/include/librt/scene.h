@@ -322,7 +322,7 @@ typedef struct rt_commit_desc {
     uint32_t struct_size;
     const char *accel; /**< trees to build: "auto" ("bvh"; "kdtree" where the builder is one of its), "kdtree", "octree", "bvh", "brute" (none), or several with commas */
     const char *builder; /**< "auto"; kd-tree: "exact", "binned", "paper" (exact, depth up to 96); BVH: "compact" (no copies of vertices), "spatial" (spatial splits) */
-    uint32_t max_depth, leaf_size; /**< 0: the builder's own; of an octree a cell of 1024, where there are no more triangles than shapes of 8, or 32 spheres */
+    uint32_t max_depth, leaf_size; /**< 0: the builder's own; of an octree a cell of 1024, where there are no more triangles than shapes of 32, of instances of 8 */
     /** 0: the builder's own. Costs in steps: of an inner node and a primitive (1/128 in cells of a kd-tree or an octree over more triangles than shapes, else 1; of a kd-tree 1/16 for planes that part
      *  about as well as boxes or better; a given one stands for both); what a plane is cheaper by that cuts off nothing but space, 0 ... 1 (above 0.95 as 0.95) */
     float cost_traverse, cost_intersect, empty_bonus;
@@ -407,7 +407,7 @@ typedef struct rt_hit {
 
 /** Closest hits. rays [count] in, hits [count] out. Equal t: the lowest (instance, geometry, primitive) in description order, the scene's own geometry first.
  *  Errors none: the scene must be committed. Threads any number, beside edits too. Owner keeps no pointer. Calls of 32 rays or more work in
- *  12 MB of the context's memory (without instances they touch 7.5, with spheres 8.5), one piece for each thread that is in such a call at a time, which the context keeps
+ *  12 MB of the context's memory (without instances they touch 7.5, with shapes 8.5), one piece for each thread that is in such a call at a time, which the context keeps
  *  for the next; where there is none, rays that are not coherent go one by one. Calls of fewer allocate nothing. */
 RT_API void rt_scene_intersect(const rt_scene *scene, const rt_ray *rays, rt_hit *hits, size_t count);
 /** Any hit in (tmin, tmax): occluded[i] = 1 or 0. Otherwise as rt_scene_intersect. */
