@@ -10,16 +10,23 @@ typedef struct rtk_cone {
     float height, r0, k;
 } rtk_cone;
 
+/* From one end to the other by `a`, the unit vector of which is the axis. Without a branch, for lanes. */
+RTK_FN rtk_cone rtk_cone_along(rtk_vec3 a, rtk_vec3 axis, float r0, float r1)
+{
+    float m = rtk_maxabs(a), height = m * rtk_len(rtk_v3(a.x / m, a.y / m, a.z / m)), k;
+    rtk_cone c;
+    c.axis = axis;
+    c.height = m > 0.0f ? height : 0.0f;
+    c.r0 = r0;
+    k = (r1 - r0) / c.height;
+    c.k = c.height > 0.0f ? k : 0.0f;
+    return c;
+}
+
 RTK_FN rtk_cone rtk_cone_of(RT_GLOBAL const rtk_shape *s)
 {
-    rtk_vec3 e0 = rtk_at(s->p), e1 = rtk_at(s->p + 4), a = rtk_sub(e1, e0);
-    float m = rtk_maxabs(a), r1 = s->type == RTK_SHAPE_CONE ? s->p[7] : s->p[3];
-    rtk_cone c;
-    c.axis = rtk_unit(a);
-    c.height = m > 0.0f ? m * rtk_len(rtk_v3(a.x / m, a.y / m, a.z / m)) : 0.0f;
-    c.r0 = s->p[3];
-    c.k = c.height > 0.0f ? (r1 - c.r0) / c.height : 0.0f;
-    return c;
+    rtk_vec3 a = rtk_sub(rtk_at(s->p + 4), rtk_at(s->p));
+    return rtk_cone_along(a, rtk_unit(a), s->p[3], s->type == RTK_SHAPE_CONE ? s->p[7] : s->p[3]);
 }
 
 /* The ray as the cone sees it: p + s w across the axis, radius r + s k there. */

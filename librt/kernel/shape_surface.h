@@ -232,18 +232,27 @@ RTK_COLD void rtk_box_surface(RT_GLOBAL const rtk_shape *s, rtk_vec3 point, rtk_
         out->dpdu = rtk_v3(0.0f, 0.0f, f.high_x ? -1.0f : 1.0f);
 }
 
+/* p across the axis: a along x, which is a unit vector orthogonal to the axis, and b along y, which is that to both. Returns their
+ * sum; of a point on the axis x. on: it is such a point. Without a branch, for lanes. */
+RTK_FN rtk_vec3 rtk_across(rtk_vec3 axis, rtk_vec3 p, float *a, float *b, int *on)
+{
+    rtk_vec3 x, y, sum;
+    rtk_basis(axis, &x, &y);
+    *a = rtk_dot3(p, x);
+    *b = rtk_dot3(p, y);
+    sum = rtk_add(rtk_scale(x, *a), rtk_scale(y, *b));
+    *on = (*a == 0.0f) & (*b == 0.0f);
+    return rtk_v3(*on ? x.x : sum.x, *on ? x.y : sum.y, *on ? x.z : sum.z);
+}
+
 /* Unit vector from the axis to p (any one orthogonal to the axis for a point on it), and the part of a turn it stands at. */
 RTK_FN rtk_vec3 rtk_around(rtk_vec3 axis, rtk_vec3 p, float *turn)
 {
-    rtk_vec3 x, y;
     float a, b;
-    rtk_basis(axis, &x, &y);
-    a = rtk_dot3(p, x);
-    b = rtk_dot3(p, y);
+    int on;
+    rtk_vec3 round = rtk_across(axis, p, &a, &b, &on);
     *turn = rtk_turn(b, a);
-    if (a == 0.0f && b == 0.0f)
-        return x;
-    return rtk_unit(rtk_add(rtk_scale(x, a), rtk_scale(y, b)));
+    return on ? round : rtk_unit(round);
 }
 
 /* Where the surface of a cone is nearest to a point at z along the axis and m from it, towards `round`, a unit vector: on an end

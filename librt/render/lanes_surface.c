@@ -318,42 +318,34 @@ RTI_LANES_FN static void cones(const rtk_group *g, rti_sheaf *c)
     RTI_EACH_LANE(k)
     {
         const rtk_vec3 e0 = row3(ends[0], ends[1], ends[2], k), e1 = row3(ends[4], ends[5], ends[6], k), a = rtk_sub(e1, e0);
-        const float m = rtk_maxabs(a), r0 = ends[3][k], r1 = pointed[k] ? ends[7][k] : r0;
-        rtk_vec3 q, x, y, round, p, n, lo, hi;
-        float z, far, along, across, v;
+        const float r0 = ends[3][k], r1 = pointed[k] ? ends[7][k] : r0;
+        const rtk_cone cone = rtk_cone_along(a, rtk_unit_plain(a), r0, r1);
+        rtk_vec3 q, round, unit, p, n, lo, hi;
+        float z, far, x, y, v;
         rtk_ray ray;
-        rtk_cone cone;
-        int middle, end, plain = rtk_unit_is_plain(m);
-        cone.axis = rtk_unit_plain(a);
-        cone.height = m * rtk_len(rtk_v3(a.x / m, a.y / m, a.z / m));
-        cone.r0 = r0;
-        cone.k = (r1 - r0) / cone.height;
+        int middle, end, plain = rtk_unit_is_plain(rtk_maxabs(a));
         ray.org = row3(c->ox, c->oy, c->oz, k);
         ray.dir = row3(c->dx, c->dy, c->dz, k);
         q = rtk_sub(rtk_ray_at(ray, c->t[k]), e0);
         z = rtk_dot3(q, cone.axis);
         q = rtk_madd(q, -z, cone.axis);
         far = rtk_len(q);
-        rtk_basis(cone.axis, &x, &y); /* as rtk_around */
-        along = rtk_dot3(q, x);
-        across = rtk_dot3(q, y);
-        round = rtk_add(rtk_scale(x, along), rtk_scale(y, across));
-        middle = (along == 0.0f) & (across == 0.0f);
+        round = rtk_across(cone.axis, q, &x, &y, &middle); /* as rtk_around */
         plain &= middle | rtk_unit_is_plain(rtk_maxabs(round));
-        round = rtk_unit_plain(round);
-        round = rtk_v3(middle ? x.x : round.x, middle ? x.y : round.y, middle ? x.z : round.z);
+        unit = rtk_unit_plain(round);
+        round = rtk_v3(middle ? round.x : unit.x, middle ? round.y : unit.y, middle ? round.z : unit.z);
         end = rtk_cone_onto(cone, e0, e1, r1, z, far, round, &p, &n, &v);
         plain &= end | rtk_unit_is_plain(rtk_maxabs(n));
-        x = rtk_unit_plain(n);
+        unit = rtk_unit_plain(n);
         rtk_ends_bounds(e0, rtk_cone_disc(cone.axis, r0), e1, rtk_cone_disc(cone.axis, r1), &lo, &hi);
         c->plain[k] = (uint32_t)plain;
         c->error[k] = rtk_shape_error(p, rtk_sub(hi, lo));
         c->px[k] = p.x;
         c->py[k] = p.y;
         c->pz[k] = p.z;
-        c->gx[k] = end ? n.x : x.x;
-        c->gy[k] = end ? n.y : x.y;
-        c->gz[k] = end ? n.z : x.z;
+        c->gx[k] = end ? n.x : unit.x;
+        c->gy[k] = end ? n.y : unit.y;
+        c->gz[k] = end ? n.z : unit.z;
     }
 }
 

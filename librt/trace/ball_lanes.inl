@@ -1,5 +1,5 @@
 /* Rays and spheres in RTI_N lanes: what rtk_sphere_roots does and who calls it, the same operations in the same order, so the same
- * bits. Included by ball_lanes.h.
+ * bits. Included by shape_lanes.h.
  *
  * A lane is one pair of a ray and a sphere: one ray and many spheres, or many rays and one.
  */

@@ -5,13 +5,13 @@
 
 #include "bvh_lone_walk.h"
 
-/* Are a group's shapes met in vectors? */
+/* Are a group's parts, where there are shapes, met in vectors? */
 RTI_VEC int lone_shapes_fit(const rtk_group *g)
 {
     for (rtk_u32 k = 0u; k < g->part_count && g->shape_count != 0u; k++)
         if (!lone_tree(&g->parts[k].bvh))
             return 0;
-    return g->shape_count == 0u || (g->part_count != 0u && g->parts->bvh.ball_count != 0u);
+    return 1;
 }
 
 /* Does a scene hold nothing but triangles and shapes of its own, and instances that have bounds? */

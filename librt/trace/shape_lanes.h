@@ -1,22 +1,14 @@
-/* Boxes, cylinders and cones in vectors, for hot files: rti_box_test4 and rti_cone_test4, and those of 8 and 16 where the
- * processor has them (shape_lanes.inl). */
+/* Shapes in vectors, for hot files: spheres (rti_ball4, ball_lanes.inl), boxes, cylinders and cones (rti_box_test4, rti_cone_test4,
+ * shape_lanes.inl), and those of 8 and 16 where the processor has them. */
 #ifndef RTI_SHAPE_LANES_H
 #define RTI_SHAPE_LANES_H
 
-#include "ball_lanes.h"
+#include "../kernel/shapes.h"
+#include "tri_lanes.h"
 
-#define RTI_N 4
-#include "shape_lanes.inl"
-#undef RTI_N
-#if RTI_SIMD >= 8
-#define RTI_N 8
-#include "shape_lanes.inl"
-#undef RTI_N
-#endif
-#if RTI_SIMD >= 16
-#define RTI_N 16
-#include "shape_lanes.inl"
-#undef RTI_N
-#endif
+#define RTI_LANES_INL "ball_lanes.inl"
+#include "lanes_each.inl"
+#define RTI_LANES_INL "shape_lanes.inl"
+#include "lanes_each.inl"
 
 #endif

@@ -130,7 +130,8 @@ RTI_VEC void IN_BOX(const RAY *r, const VEC inv[3], const CONE *cone, const VEC 
     }
 }
 
-/* Likewise a cone. Hits behind `far` need not be told. ask: of `lanes` those that are to be asked one by one. */
+/* As BOX, a cone, of a ray that is ready. Hits behind `far` need not be told. ask: of `lanes` those that are to be asked one by
+ * one. */
 RTI_VEC uint32_t TEST(const RAY *r, const VEC inv[3], const CONE *cone, VEC far, uint32_t lanes, VEC *out, uint32_t *ask)
 {
     const VEC zero = F(set)(0.0f), half = F(set)(0.5f);

@@ -24,19 +24,8 @@
 /* Of a depth, where tmin is 0: what keeps z / kdz, which is compared in its place elsewhere, a normal float. */
 #define TRI_BEHIND 1e-19f
 
-#define RTI_N 4
-#include "tri_lanes.inl"
-#undef RTI_N
-#if RTI_SIMD >= 8
-#define RTI_N 8
-#include "tri_lanes.inl"
-#undef RTI_N
-#endif
-#if RTI_SIMD >= 16
-#define RTI_N 16
-#include "tri_lanes.inl"
-#undef RTI_N
-#endif
+#define RTI_LANES_INL "tri_lanes.inl"
+#include "lanes_each.inl"
 
 /* What rtk_tri_intersect will say of a pair that the fast test doubts: -1, no hit with tmin < t < tmax; 1, a hit for certain; 0,
  * ask it. In doubles, which is a tenth of its doubled floats: of big triangles beside which a ray starts, or that stand edge-on,
