@@ -361,5 +361,6 @@ typedef struct rtk_scene {
 #define RTK_SCENE_ALPHA 2u
 #define RTK_SCENE_MOVING 4u /* some instance moves: rays have times */
 #define RTK_SCENE_MESH 8u /* nothing but triangles of its own, of a plain group in one part */
+#define RTK_SCENE_BODIES 16u /* shapes in a group that is not the scene's own */
 
 #endif

@@ -191,16 +191,19 @@ static void view_top(rti_snapshot *s)
     v->top_bvh = tree_view(s->top_tree[RTK_TREE_BVH]);
 }
 
-uint32_t rti_mesh_flags(const rtk_scene *scene)
+uint32_t rti_trace_flags(const rtk_scene *scene)
 {
     const rtk_group *g = scene->groups;
     const bool alone = scene->instance_count == 0 && g->shape_count == 0 && g->plane_count == 0;
-    return alone && g->part_count == 1 && (g->flags & RTK_GROUP_PLAIN) ? RTK_SCENE_MESH : 0u;
+    uint32_t flags = alone && g->part_count == 1 && (g->flags & RTK_GROUP_PLAIN) ? RTK_SCENE_MESH : 0u;
+    for (uint32_t k = 1; k < scene->group_count; k++)
+        flags |= scene->groups[k].shape_count != 0 ? RTK_SCENE_BODIES : 0u;
+    return flags;
 }
 
 static uint32_t scene_flags(const rtk_scene *v)
 {
-    uint32_t flags = rti_mesh_flags(v);
+    uint32_t flags = rti_trace_flags(v);
     for (uint32_t i = 0; i < v->material_count; i++) {
         uint32_t m = v->materials[i].flags;
         flags |= (m & RTK_MAT_TRANSPARENT) && !(m & RTK_MAT_OPAQUE_SHADOW) ? RTK_SCENE_TRANSPARENT : 0u;

@@ -23,8 +23,8 @@ rti_hash rti_snapshot_hash(const rti_snapshot *snapshot);
 uint64_t rti_snapshot_bytes(const rti_snapshot *snapshot);
 /* RTK_GROUP_* of a group with these geometries. */
 uint32_t rti_group_flags(const rtk_geom *geoms, uint32_t count);
-/* RTK_SCENE_MESH of a scene that is one, or 0. */
-uint32_t rti_mesh_flags(const rtk_scene *scene);
+/* Those of RTK_SCENE_MESH and RTK_SCENE_BODIES that a scene has, which tracers ask for. */
+uint32_t rti_trace_flags(const rtk_scene *scene);
 /* Box of everything finite, world space; lo > hi when there is nothing. */
 void rti_snapshot_bounds(const rti_snapshot *snapshot, rtk_vec3 *lo, rtk_vec3 *hi);
 

@@ -377,7 +377,7 @@ static void RTK_NAME(finish)(const rtk_scene *scene, const rtk_trace_block *rays
                              const rti_scratch *scratch)
 {
     const rtk_group *own = scene->groups;
-    if ((RTK_MODE & RTK_MODE_ANY) || (own->shape_count == 0u && scene->instance_count == 0u))
+    if ((RTK_MODE & RTK_MODE_ANY) || (own->shape_count == 0u && !(scene->flags & RTK_SCENE_BODIES)))
         return;
     const rtk_u32 first = own->shape_count != 0u ? own->shapes->geom : 0u; /* in this order, too */
     const rtk_u32 last = own->shape_count != 0u ? own->shapes[own->shape_count - 1u].geom : 0u;

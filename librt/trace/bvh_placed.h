@@ -6,8 +6,9 @@
  * rays go on while the others wait. A node's slots are met by as many rays at a time as vectors have lanes, and a list is put
  * together by bits; a ray stands in two records of eight words. An instance gets the list of its leaf. Its rays are moved into the
  * group's space as one ray is (rtk_instance_ray), so whatever the group's tracer finds of them is what it would find of each by
- * itself. They end at their best hits so far, or just behind: equal hits are decided by the order of hits. A few rays go through
- * it one by one (bvh_one.inl).
+ * itself. They end at their best hits so far, or just behind: equal hits are decided by the order of hits. Where they are most of
+ * the rays of their blocks, they go in these blocks, as many at a time as vectors have lanes, the others among them as rays that
+ * are none; where they are few of them, side by side. A few rays go through it one by one (bvh_one.inl).
  */
 #ifndef RTI_BVH_PLACED_H
 #define RTI_BVH_PLACED_H
@@ -48,6 +49,7 @@ typedef struct placed {
     placed_rest rest[PLACED];
     uint16_t list[PLACED_LISTS + RTK_BLOCK]; /* as many more may be read and written */
     uint16_t bits[RTK_BVH_WIDTH][PLACED / RTK_BLOCK];
+    uint16_t block[PLACED / RTK_BLOCK], lanes[PLACED / RTK_BLOCK]; /* an instance's rays that go in the batch's blocks: which */
     placed_wait wait[2u * (RTK_BVH_STACK + RTK_BVH_WIDTH)];
     rtk_u32 top, hit_count, count;
     const rtk_scene *scene;
@@ -243,17 +245,74 @@ RTI_VEC int placed_node(placed *a, const rtk_bvhnode *nodes, const placed_wait *
     return 1;
 }
 
-/* Where ray i ends: at its best hit, or just behind. */
+/* Where ray k of a block ends: at its best hit, or just behind. */
 RTI_VEC float placed_end(const rtk_hit_block *hits, rtk_u32 k, float tmax)
 {
     return hits && hits->prim[k] != RTK_INVALID ? moved_above(hits->t[k]) : tmax;
 }
 
-/* Rays of a list that become those that go through an instance (rtk_instance_ray). times: of each ray, where it moves (NULL: all
- * are at 0). What is in lanes behind them is a ray, too. */
+/* Of RTI_SIMD lanes from k on those that have a hit. */
+RTI_VEC rtk_u32 placed_found(const rtk_hit_block *hits, rtk_u32 k)
+{
+    vec_bits prim;
+    memcpy(&prim, hits->prim + k, sizeof prim);
+    return packet_some(prim ^ RTK_INVALID);
+}
+
+/* placed_end of RTI_SIMD lanes from k on. */
+RTI_VEC vec placed_ends(const rtk_hit_block *hits, rtk_u32 k, vec tmax)
+{
+    const vec t = V(load)(hits->t + k);
+    vec above;
+    vec_bits b;
+    memcpy(&b, &t, sizeof b);
+    b += 1u - (b >> 31 << 1); /* moved_above */
+    memcpy(&above, &b, sizeof above);
+    above = V(select)(V(eq)(t, V(set)(0.0f)), V(set)(rtk_float(1u)), above);
+    return V(select)(VM(of)(placed_found(hits, k)), above, tmax);
+}
+
+/* RTI_SIMD rays become those that go through an instance that stands still (rtk_instance_ray). */
+RTI_VEC void placed_turn(const rtk_instance *inst, vec org[3], vec dir[3])
+{
+    const vec o[3] = {org[0], org[1], org[2]}, d[3] = {dir[0], dir[1], dir[2]};
+    for (rtk_u32 i = 0u; i < 3u; i++) {
+        const float *row = inst->to_object.m + 4u * i;
+        org[i] = V(set)(row[0]) * o[0] + V(set)(row[1]) * o[1] + V(set)(row[2]) * o[2] + V(set)(row[3]);
+        dir[i] = V(set)(row[0]) * d[0] + V(set)(row[1]) * d[1] + V(set)(row[2]) * d[2];
+    }
+}
+
+/* Ray i of the batch, which stands in lane k of b, becomes one through an instance that moves. */
+RTI_VEC void placed_follow(const placed *a, const rtk_instance *inst, rtk_trace_block *b, rtk_u32 k, rtk_u32 i)
+{
+    const float *times = a->scratch->times; /* NULL: all are at 0 */
+    rtk_vec3 org = rtk_v3(b->ox[k], b->oy[k], b->oz[k]), dir = rtk_v3(b->dx[k], b->dy[k], b->dz[k]);
+    rtk_motion_ray(a->scene->motions, inst, times ? times[i] : 0.0f, &org, &dir);
+    b->ox[k] = org.x;
+    b->oy[k] = org.y;
+    b->oz[k] = org.z;
+    b->dx[k] = dir.x;
+    b->dy[k] = dir.y;
+    b->dz[k] = dir.z;
+}
+
+/* RTI_SIMD rays into lanes of a block, but for their masks. */
+RTI_VEC void placed_store(rtk_trace_block *b, rtk_u32 k, const vec org[3], const vec dir[3], vec tmin, vec tmax)
+{
+    V(store)(b->ox + k, org[0]);
+    V(store)(b->oy + k, org[1]);
+    V(store)(b->oz + k, org[2]);
+    V(store)(b->dx + k, dir[0]);
+    V(store)(b->dy + k, dir[1]);
+    V(store)(b->dz + k, dir[2]);
+    V(store)(b->tmin + k, tmin);
+    V(store)(b->tmax + k, tmax);
+}
+
+/* An instance's rays side by side. What is in lanes behind them is a ray, too. */
 RTI_VEC void placed_move(placed *a, const rtk_instance *inst, const uint16_t *list, rtk_u32 n)
 {
-    const float *m = inst->to_object.m, *times = a->scratch->times;
     const int moving = (inst->flags & RTK_INST_MOVING) != 0u;
     for (rtk_u32 at = 0u; at < n; at += RTI_SIMD) {
         rtk_trace_block *b = &a->own[at / RTK_BLOCK];
@@ -261,34 +320,62 @@ RTI_VEC void placed_move(placed *a, const rtk_instance *inst, const uint16_t *li
         vec r[8], s[8];
         placed_fields(a->ray[0].org, list + at, n - at, r);
         placed_fields(a->rest[0].dir, list + at, n - at, s);
-        if (!moving) {
-            const vec o[3] = {r[0], r[1], r[2]}, d[3] = {s[0], s[1], s[2]};
-            for (rtk_u32 i = 0u; i < 3u; i++) {
-                const float *row = m + 4u * i;
-                r[i] = V(set)(row[0]) * o[0] + V(set)(row[1]) * o[1] + V(set)(row[2]) * o[2] + V(set)(row[3]);
-                s[i] = V(set)(row[0]) * d[0] + V(set)(row[1]) * d[1] + V(set)(row[2]) * d[2];
-            }
-        }
-        V(store)(b->ox + k, r[0]);
-        V(store)(b->oy + k, r[1]);
-        V(store)(b->oz + k, r[2]);
-        V(store)(b->dx + k, s[0]);
-        V(store)(b->dy + k, s[1]);
-        V(store)(b->dz + k, s[2]);
-        V(store)(b->tmin + k, s[3]);
-        V(store)(b->tmax + k, s[4]);
+        if (!moving)
+            placed_turn(inst, r, s);
+        placed_store(b, k, r, s, s[3], s[4]);
         V(store)((float *)(void *)(b->mask + k), s[5]);
         for (rtk_u32 l = 0u; l < RTI_SIMD; l++)
             b->mask[k + l] &= inst->mask;
-        for (rtk_u32 l = 0u; moving && l < RTI_SIMD && at + l < n; l++) {
-            rtk_vec3 org = rtk_v3(b->ox[k + l], b->oy[k + l], b->oz[k + l]), dir = rtk_v3(b->dx[k + l], b->dy[k + l], b->dz[k + l]);
-            rtk_motion_ray(a->scene->motions, inst, times ? times[list[at + l]] : 0.0f, &org, &dir);
-            b->ox[k + l] = org.x;
-            b->oy[k + l] = org.y;
-            b->oz[k + l] = org.z;
-            b->dx[k + l] = dir.x;
-            b->dy[k + l] = dir.y;
-            b->dz[k + l] = dir.z;
+        for (rtk_u32 l = 0u; moving && l < RTI_SIMD && at + l < n; l++)
+            placed_follow(a, inst, b, k + l, list[at + l]);
+    }
+}
+
+/* The blocks that an instance's rays are of, if they are half of what stands there, or more. Returns how many; 0: they go side by
+ * side. A list has the order of the batch. */
+RTI_VEC rtk_u32 placed_blocks(placed *a, const uint16_t *list, rtk_u32 n)
+{
+    const rtk_u32 most = 2u * n / RTK_BLOCK;
+    rtk_u32 count = 0u;
+    for (rtk_u32 i = 0u; i < n; count++) {
+        const rtk_u32 b = list[i] / RTK_BLOCK;
+        rtk_u32 lanes = 0u;
+        if (count == most)
+            return 0u;
+        if (n - i >= RTK_BLOCK && list[i] % RTK_BLOCK == 0u && list[i + RTK_BLOCK - 1u] == list[i] + RTK_BLOCK - 1u) {
+            lanes = (1u << RTK_BLOCK) - 1u;
+            i += RTK_BLOCK;
+        }
+        for (; i < n && list[i] / RTK_BLOCK == b; i++)
+            lanes |= 1u << list[i] % RTK_BLOCK;
+        a->block[count] = (uint16_t)b;
+        a->lanes[count] = (uint16_t)lanes;
+    }
+    return count;
+}
+
+/* As placed_move, in so many blocks of the batch (placed_blocks). */
+RTI_VEC void placed_move_blocks(placed *a, rtk_u32 mode, const rtk_instance *inst, rtk_u32 count)
+{
+    const int moving = (inst->flags & RTK_INST_MOVING) != 0u;
+    for (rtk_u32 j = 0u; j < count; j++) {
+        const rtk_trace_block *from = &a->rays[a->block[j]];
+        rtk_trace_block *b = &a->own[j];
+        for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD) {
+            vec org[3] = {V(load)(from->ox + k), V(load)(from->oy + k), V(load)(from->oz + k)};
+            vec dir[3] = {V(load)(from->dx + k), V(load)(from->dy + k), V(load)(from->dz + k)}, end = V(load)(from->tmax + k);
+            if (!(mode & RTK_MODE_ANY))
+                end = placed_ends(&a->hits[a->block[j]], k, end);
+            if (!moving)
+                placed_turn(inst, org, dir);
+            placed_store(b, k, org, dir, V(load)(from->tmin + k),
+                         V(select)(VM(of)(a->lanes[j] >> k & LANES_ALL), end, V(set)(-RTK_INF)));
+            for (rtk_u32 l = k; l < k + RTI_SIMD; l++)
+                b->mask[l] = from->mask[l] & inst->mask;
+        }
+        for (rtk_u32 lanes = moving ? a->lanes[j] : 0u; lanes != 0u; lanes &= lanes - 1u) {
+            const rtk_u32 k = (rtk_u32)__builtin_ctz(lanes);
+            placed_follow(a, inst, b, k, a->block[j] * RTK_BLOCK + k);
         }
     }
 }
@@ -313,7 +400,7 @@ RTI_VEC void placed_take(placed *a, rtk_u32 i, rtk_hit hit)
     a->hit_count++;
 }
 
-/* What the group's tracer has found of an instance's rays. */
+/* What the group's tracer has found of an instance's rays, which stand side by side. */
 RTI_VEC void placed_merge(placed *a, rtk_u32 mode, const rtk_instance *inst, const uint16_t *list, rtk_u32 n)
 {
     const uint16_t *any = (const uint16_t *)(const void *)a->found;
@@ -333,6 +420,51 @@ RTI_VEC void placed_merge(placed *a, rtk_u32 mode, const rtk_instance *inst, con
                 placed_stop(a, i);
             else
                 placed_take(a, i, (rtk_hit){h->t[k], h->u[k], h->v[k], h->prim[k], h->geom[k], inst->id});
+        }
+    }
+}
+
+/* As placed_merge, in blocks (placed_blocks). */
+RTI_VEC void placed_merge_blocks(placed *a, rtk_u32 mode, const rtk_instance *inst, rtk_u32 count)
+{
+    const uint16_t *any = (const uint16_t *)(const void *)a->found;
+    for (rtk_u32 j = 0u; j < count; j++) {
+        const rtk_hit_block *h = &a->found[j];
+        const rtk_u32 first = a->block[j] * RTK_BLOCK;
+        if (mode & RTK_MODE_ANY) {
+            for (rtk_u32 bits = any[j] & a->lanes[j]; bits != 0u; bits &= bits - 1u)
+                placed_stop(a, first + (rtk_u32)__builtin_ctz(bits));
+            continue;
+        }
+        rtk_hit_block *best = &a->hits[a->block[j]];
+        for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD) {
+            const vec t = V(load)(h->t + k), before = V(load)(best->t + k);
+            const rtk_u32 found = a->lanes[j] >> k & placed_found(h, k);
+            rtk_u32 better = found & VM(bits)(V(lt)(t, before)), even = found & VM(bits)(V(eq)(t, before));
+            const vmask m = VM(of)(better);
+            if (better == 0u && even == 0u)
+                continue;
+#define KEEP(field)                                                                                                              \
+    V(store)                                                                                                                     \
+    ((float *)(void *)(best->field + k), V(select)(m, V(load)((const float *)(const void *)(h->field + k)),                      \
+                                                   V(load)((const float *)(const void *)(best->field + k))))
+            KEEP(t);
+            KEEP(u);
+            KEEP(v);
+            KEEP(prim);
+            KEEP(geom);
+#undef KEEP
+            a->hit_count += (rtk_u32)__builtin_popcount(better);
+            for (; better != 0u; better &= better - 1u) {
+                const rtk_u32 l = k + (rtk_u32)__builtin_ctz(better), i = first + l;
+                best->inst[l] = inst->id;
+                a->ray[i].t1 = rtk_min(a->ray[i].t1, best->t[l]);
+                a->rest[i].tmax = moved_above(best->t[l]);
+            }
+            for (; even != 0u; even &= even - 1u) {
+                const rtk_u32 l = k + (rtk_u32)__builtin_ctz(even);
+                placed_take(a, first + l, (rtk_hit){h->t[l], h->u[l], h->v[l], h->prim[l], h->geom[l], inst->id});
+            }
         }
     }
 }
@@ -357,10 +489,7 @@ RTI_VEC rtk_u32 placed_load(placed *a, rtk_u32 mode, rtk_u32 first, rtk_u32 coun
     vec end = r.tmax;
     if (!(mode & RTK_MODE_ANY)) {
         const rtk_hit_block *h = &a->hits[first / RTK_BLOCK];
-        float ends[RTI_SIMD];
-        for (rtk_u32 l = 0u; l < RTI_SIMD; l++)
-            ends[l] = placed_end(h, k + l, a->rays[first / RTK_BLOCK].tmax[k + l]);
-        end = V(load)(ends);
+        end = placed_ends(h, k, end);
         t1 = V(min)(t1, V(load)(h->t + k));
     }
     placed_keep(a->ray[first].org, (vec[8]){r.org[0], r.org[1], r.org[2], r.inv[0], r.inv[1], r.inv[2], t0, t1});

@@ -120,11 +120,18 @@ static void RTK_NAME(placed_instance)(placed *a, rtk_u32 ref, const uint16_t *li
         }
         return;
     }
-    placed_move(a, inst, list, n);
+    const rtk_u32 blocks = placed_blocks(a, list, n);
+    if (blocks != 0u)
+        placed_move_blocks(a, RTK_MODE, inst, blocks);
+    else
+        placed_move(a, inst, list, n);
     RTK_NAME(placed_group)(a, inst->group, a->own, RTK_MODE & RTK_MODE_ANY ? NULL : a->found,
-                           RTK_MODE & RTK_MODE_ANY ? (uint16_t *)(void *)a->found : NULL, n,
+                           RTK_MODE & RTK_MODE_ANY ? (uint16_t *)(void *)a->found : NULL, blocks != 0u ? RTK_BLOCK * blocks : n,
                            a->coherent && (n >= PLACED_NEAR || 2u * n >= a->count));
-    placed_merge(a, RTK_MODE, inst, list, n);
+    if (blocks != 0u)
+        placed_merge_blocks(a, RTK_MODE, inst, blocks);
+    else
+        placed_merge(a, RTK_MODE, inst, list, n);
 }
 
 /* Rays through a leaf's instances. */
@@ -146,6 +153,10 @@ static void RTK_NAME(placed_leaf)(placed *a, placed_wait w)
 static void RTK_NAME(placed_top)(placed *a, rtk_u32 size)
 {
     const rtk_tree tree = a->scene->top_bvh;
+    if (a->scene->instance_count == 1u) { /* it is the top level */
+        RTK_NAME(placed_instance)(a, 0u, a->list, size);
+        return;
+    }
     a->wait[0] = (placed_wait){0u, PLACED_NODE, 0u, size, size, 0u};
     a->top = 1u;
     while (a->top != 0u) {

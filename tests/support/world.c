@@ -345,7 +345,7 @@ rt_status test_world_commit(test_world *w, const rti_build_settings *kd)
 
 void test_world_changed(test_world *w)
 {
-    w->scene.flags = rti_mesh_flags(&w->scene);
+    w->scene.flags = rti_trace_flags(&w->scene);
     rti_trace_by(RTK_TREE_KD, &w->scene, &w->by_kdtree, w->kdtree_groups);
     rti_trace_by(RTK_TREE_OCTREE, &w->scene, &w->by_octree, w->octree_groups);
     w->scene.by_kdtree = &w->by_kdtree;
