@@ -13,7 +13,7 @@
 #include "parts.h"
 
 #define RTI_BLOB_MAGIC   "librtsnp"
-#define RTI_BLOB_VERSION 9u
+#define RTI_BLOB_VERSION 10u
 #define RTI_BLOB_ORDER   0x01020304u /* reads otherwise on a machine of the other byte order */
 
 typedef struct rti_blob_header {

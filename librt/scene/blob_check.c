@@ -133,6 +133,8 @@ static bool sound_box(const rtk_instance *inst, const rtk_top_header *head)
         if (!(inst->lo[k] <= inst->hi[k]) || !rti_blob_finite(&inst->lo[k], 1, FLOAT_MOST) ||
             !rti_blob_finite(&inst->hi[k], 1, FLOAT_MOST))
             return false;
+        if (inst->lo[k] < head->all_lo[k] || inst->hi[k] > head->all_hi[k])
+            return false;
         if (!(inst->flags & RTK_INST_UNBOUNDED) && (inst->lo[k] < head->lo[k] || inst->hi[k] > head->hi[k]))
             return false;
     }
@@ -192,7 +194,8 @@ static const char *check_top(const rti_snapshot *s)
         !rti_blob_span(s->top, sizeof *head, head->off_motions, head->motion_count, sizeof(rtk_motion)))
         return "the table of instances does not fit its chunk";
     inst = rti_chunk_at(s->top, head->off_instances);
-    if (!rti_blob_finite(head->lo, 6, 3.4028235e38f) || !(head->scale >= RTK_LEAST && head->scale <= FLOAT_MOST))
+    if (!rti_blob_finite(head->lo, 6, 3.4028235e38f) || !rti_blob_finite(head->all_lo, 6, 3.4028235e38f) ||
+        !(head->scale >= RTK_LEAST && head->scale <= FLOAT_MOST))
         return "the box of the instances is none";
     for (uint32_t i = 0; i < head->instance_count; i++) {
         if (inst[i].id != i)

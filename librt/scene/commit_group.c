@@ -1,11 +1,7 @@
 /* Commit: the geometry of the scene itself, and the records of all groups. */
 #include "parts.h"
 
-#include <float.h>
-#include <math.h>
 #include <string.h>
-
-#include "../kernel/shape_surface.h"
 
 rt_status rti_commit_chunk(rti_commit *c, uint32_t kind, void *data, size_t size, rti_chunk **chunk)
 {
@@ -34,88 +30,6 @@ static const rti_geometry *geometry_at(const rt_scene *scene, size_t i)
 }
 
 /* ---- GROUP ---- */
-
-#define BOX_TASKS 64u
-
-typedef struct box_job {
-    const rtk_tri *tris;
-    const rtk_shape *shapes;
-    const uint32_t *list; /* of a part; NULL: all */
-    uint64_t tri_count, count;
-    float box[BOX_TASKS][6];
-} box_job;
-
-static void include(float box[6], const float *lo, const float *hi)
-{
-    for (int k = 0; k < 3; k++) {
-        box[k] = lo[k] < box[k] ? lo[k] : box[k];
-        box[3 + k] = hi[k] > box[3 + k] ? hi[k] : box[3 + k];
-    }
-}
-
-static void box_task(void *data, uint32_t task)
-{
-    box_job *job = data;
-    float *box = job->box[task];
-    for (uint64_t i = job->count * task / BOX_TASKS; i < job->count * (task + 1) / BOX_TASKS; i++) {
-        uint64_t ref = job->list ? job->list[i] : i;
-        if (ref < job->tri_count) {
-            include(box, job->tris[ref].v0, job->tris[ref].v0);
-            include(box, job->tris[ref].v1, job->tris[ref].v1);
-            include(box, job->tris[ref].v2, job->tris[ref].v2);
-        } else {
-            rtk_vec3 lo, hi;
-            rtk_shape_bounds(&job->shapes[ref - job->tri_count], &lo, &hi);
-            include(box, (float[3]){lo.x, lo.y, lo.z}, (float[3]){hi.x, hi.y, hi.z});
-        }
-    }
-}
-
-/* list: NULL for all `count` primitives of the group. */
-static void measure(rt_context *ctx, const rtk_group_header *head, const uint8_t *base, const uint32_t *list, uint32_t count,
-                    rtk_part_header *out)
-{
-    box_job job = {.tris = (const rtk_tri *)(const void *)(base + head->off_tris),
-                   .shapes = (const rtk_shape *)(const void *)(base + head->off_shapes),
-                   .list = list,
-                   .tri_count = head->tri_count,
-                   .count = count};
-    float box[6] = {FLT_MAX, FLT_MAX, FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX}, grow = 0.0f;
-    out->scale = RTK_LEAST;
-    out->count = count;
-    if (count > 0) {
-        for (uint32_t i = 0; i < BOX_TASKS; i++)
-            memcpy(job.box[i], box, sizeof box);
-        rti_parallel(ctx, BOX_TASKS, box_task, &job);
-        for (uint32_t i = 0; i < BOX_TASKS; i++)
-            include(box, job.box[i], job.box[i] + 3);
-        for (int k = 0; k < 6; k++)
-            out->scale = fmaxf(out->scale, fabsf(box[k]));
-        grow = RTK_GROW * out->scale;
-    }
-    for (int k = 0; k < 3; k++) {
-        out->lo[k] = box[k] - grow;
-        out->hi[k] = box[3 + k] + grow;
-    }
-}
-
-void rti_group_measure(rt_context *ctx, rtk_group_header *head, const void *chunk)
-{
-    const uint8_t *base = chunk;
-    const uint32_t *list = (const uint32_t *)(const void *)(base + head->off_list);
-    rtk_part_header all;
-    measure(ctx, head, base, NULL, head->tri_count + head->shape_count, &all);
-    memcpy(head->lo, all.lo, sizeof head->lo);
-    memcpy(head->hi, all.hi, sizeof head->hi);
-    head->scale = all.scale;
-    if (head->part_count == 1)
-        head->parts[0] = all;
-    for (uint32_t i = 0; i < head->part_count && head->part_count > 1; i++) {
-        uint32_t count = head->parts[i].count;
-        measure(ctx, head, base, list, count, &head->parts[i]);
-        list += count;
-    }
-}
 
 #define TRIS_A_TASK 65536u
 

@@ -71,11 +71,11 @@ static bool in_tree(const rtk_instance *inst)
     return inst->lo[0] <= inst->hi[0] && !(inst->flags & RTK_INST_UNBOUNDED);
 }
 
-static float largest(const rtk_instance *inst)
+static float largest(const float lo[3], const float hi[3])
 {
     float x = 0.0f;
     for (int k = 0; k < 3; k++)
-        x = fmaxf(x, fmaxf(fabsf(inst->lo[k]), fabsf(inst->hi[k])));
+        x = fmaxf(x, fmaxf(fabsf(lo[k]), fabsf(hi[k])));
     return x;
 }
 
@@ -96,13 +96,27 @@ static void growth(const top *t, const rtk_instance *inst, float reach, float by
         rti_xfm_growth(&inst->to_world, &inst->to_object, reach, by);
 }
 
-static void grow_one(const top *t, rtk_instance *inst, float reach, float more)
+/* The box of what an instance places: of what is turned, it is smaller than the box of the turned box. */
+static void tighten(const top *t, rtk_instance *inst)
 {
-    float by[3];
-    growth(t, inst, reach, by);
+    const rtk_group_header *head = group_head(t->c, inst->group);
+    if (!(inst->flags & RTK_INST_MOVING) && head->cover_count > 0 && rti_xfm_turns(&inst->to_world))
+        rti_xfm_cover(&inst->to_world, head->cover, head->cover_count, inst->lo, inst->hi);
+}
+
+static void include(float lo[3], float hi[3], const float more_lo[3], const float more_hi[3])
+{
     for (int k = 0; k < 3; k++) {
-        inst->lo[k] -= by[k] + more;
-        inst->hi[k] += by[k] + more;
+        lo[k] = fminf(lo[k], more_lo[k]);
+        hi[k] = fmaxf(hi[k], more_hi[k]);
+    }
+}
+
+static void grow_box(const float by[3], float more, float lo[3], float hi[3])
+{
+    for (int k = 0; k < 3; k++) {
+        lo[k] -= by[k] + more;
+        hi[k] += by[k] + more;
     }
 }
 
@@ -116,27 +130,32 @@ static void grow_all(const top *t, uint32_t count)
         float by[3];
         if (!in_tree(&instances[i]))
             continue;
-        plain = fmaxf(plain, largest(&instances[i]));
+        plain = fmaxf(plain, largest(instances[i].lo, instances[i].hi));
         growth(t, &instances[i], 0.0f, by);
         constant = fmaxf(constant, fmaxf(by[0], fmaxf(by[1], by[2])));
     }
     reach = 2.0f * (plain + constant);
     for (int k = 0; k < 3; k++) {
-        head->lo[k] = FLT_MAX;
-        head->hi[k] = -FLT_MAX;
+        head->lo[k] = head->all_lo[k] = FLT_MAX;
+        head->hi[k] = head->all_hi[k] = -FLT_MAX;
     }
     head->scale = RTK_LEAST;
     for (uint32_t i = 0; i < count; i++) {
-        if (!(instances[i].lo[0] <= instances[i].hi[0]))
+        rtk_instance *inst = &instances[i];
+        float by[3], lo[3], hi[3];
+        if (!(inst->lo[0] <= inst->hi[0]))
             continue;
-        grow_one(t, &instances[i], reach, 2.0f * RTK_GROW * reach);
-        if (!in_tree(&instances[i]))
+        memcpy(lo, inst->lo, sizeof lo);
+        memcpy(hi, inst->hi, sizeof hi);
+        growth(t, inst, reach, by);
+        tighten(t, inst);
+        grow_box(by, 2.0f * RTK_GROW * reach, inst->lo, inst->hi);
+        grow_box(by, 2.0f * RTK_GROW * reach, lo, hi);
+        include(head->all_lo, head->all_hi, lo, hi);
+        if (!in_tree(inst))
             continue;
-        head->scale = fmaxf(head->scale, largest(&instances[i]));
-        for (int k = 0; k < 3; k++) {
-            head->lo[k] = fminf(head->lo[k], instances[i].lo[k]);
-            head->hi[k] = fmaxf(head->hi[k], instances[i].hi[k]);
-        }
+        include(head->lo, head->hi, lo, hi);
+        head->scale = fmaxf(head->scale, largest(lo, hi));
     }
     if (!(head->lo[0] <= head->hi[0]))
         return;

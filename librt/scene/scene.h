@@ -174,6 +174,10 @@ bool rti_xfm_invert(const rtk_xfm *a, rtk_xfm *out);
 /* Box around the image of [lo, hi], and by how much to grow it when hits reach out to coordinate `reach` (see transform.c). */
 void rti_xfm_bounds(const rtk_xfm *to_world, const float lo[3], const float hi[3], float out_lo[3], float out_hi[3]);
 void rti_xfm_growth(const rtk_xfm *to_world, const rtk_xfm *to_object, float reach, float out[3]);
+/* Is there more to it than scaling along the axes, in whatever order, and moving? */
+bool rti_xfm_turns(const rtk_xfm *a);
+/* Of [lo, hi] what is in the box around the images of these boxes, lo and hi each. */
+void rti_xfm_cover(const rtk_xfm *to_world, const float (*boxes)[6], uint32_t count, float lo[3], float hi[3]);
 
 /* ---- the ways of moving instances (motion.c) ---- */
 /* Segments from keys [segments + 1]. NULL, or what is wrong: "the places ..." goes on with it. */

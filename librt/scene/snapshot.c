@@ -280,16 +280,11 @@ uint64_t rti_snapshot_bytes(const rti_snapshot *snapshot)
 
 void rti_snapshot_bounds(const rti_snapshot *snapshot, rtk_vec3 *lo, rtk_vec3 *hi)
 {
-    const rtk_scene *v = &snapshot->view;
-    *lo = v->groups[0].lo;
-    *hi = v->groups[0].hi;
-    for (uint32_t i = 0; i < v->instance_count; i++) {
-        const rtk_instance *inst = &v->instances[i];
-        if (!(inst->lo[0] <= inst->hi[0]))
-            continue;
-        *lo = rtk_v3(rtk_min(lo->x, inst->lo[0]), rtk_min(lo->y, inst->lo[1]), rtk_min(lo->z, inst->lo[2]));
-        *hi = rtk_v3(rtk_max(hi->x, inst->hi[0]), rtk_max(hi->y, inst->hi[1]), rtk_max(hi->z, inst->hi[2]));
-    }
+    const rtk_group *own = snapshot->view.groups;
+    const rtk_top_header *top = snapshot->top->data;
+    const float *a = top->all_lo, *b = top->all_hi;
+    *lo = rtk_v3(rtk_min(own->lo.x, a[0]), rtk_min(own->lo.y, a[1]), rtk_min(own->lo.z, a[2]));
+    *hi = rtk_v3(rtk_max(own->hi.x, b[0]), rtk_max(own->hi.y, b[1]), rtk_max(own->hi.z, b[2]));
 }
 
 static void add_hash(void *data, const rti_chunk *chunk, uint32_t group)

@@ -153,6 +153,34 @@ void rti_xfm_bounds(const rtk_xfm *to_world, const float lo[3], const float hi[3
     }
 }
 
+bool rti_xfm_turns(const rtk_xfm *a)
+{
+    bool turns = false;
+    for (int r = 0; r < 3; r++) {
+        const float *row = a->m + 4 * r;
+        turns |= (row[0] != 0.0f) + (row[1] != 0.0f) + (row[2] != 0.0f) > 1;
+    }
+    return turns;
+}
+
+void rti_xfm_cover(const rtk_xfm *to_world, const float (*boxes)[6], uint32_t count, float lo[3], float hi[3])
+{
+    for (int r = 0; r < 3; r++) {
+        const float *row = to_world->m + 4 * r;
+        const int x = row[0] < 0.0f ? 3 : 0, y = row[1] < 0.0f ? 4 : 1, z = row[2] < 0.0f ? 5 : 2;
+        double low = INFINITY, high = -INFINITY;
+        for (uint32_t i = 0; i < count; i++) {
+            const float *b = boxes[i];
+            const double least = (double)row[0] * b[x] + (double)row[1] * b[y] + (double)row[2] * b[z];
+            const double most = (double)row[0] * b[3 - x] + (double)row[1] * b[5 - y] + (double)row[2] * b[7 - z];
+            low = least < low ? least : low;
+            high = most > high ? most : high;
+        }
+        lo[r] = fmaxf(lo[r], nextafterf((float)(low + row[3]), -INFINITY));
+        hi[r] = fminf(hi[r], nextafterf((float)(high + row[3]), INFINITY));
+    }
+}
+
 void rti_xfm_growth(const rtk_xfm *to_world, const rtk_xfm *to_object, float reach, float out[3])
 {
     const float *m = to_world->m, *w = to_object->m;

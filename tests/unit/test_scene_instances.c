@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "scene/scene.h"
+#include "scene/snapshot.h"
 
 static uint32_t seed = 11;
 
@@ -320,10 +321,86 @@ static void test_told_as_given(void **state)
     rt_context_destroy(ctx);
 }
 
+/* A ball of specks. */
+enum { SPECKS = 800 };
+static rt_scene *make_ball(rt_context *ctx, rt_vec3 corners[3 * SPECKS])
+{
+    rt_scene *child = kit_scene(ctx);
+    rt_mesh_desc d = rt_mesh_desc_default();
+    uint32_t indices[3 * SPECKS];
+    for (uint32_t i = 0; i < SPECKS; i++) {
+        const rt_vec3 v = kit_vec(&seed, 1);
+        const float by = 1.0f / sqrtf(v.x * v.x + v.y * v.y + v.z * v.z);
+        for (uint32_t k = 0; k < 3; k++) {
+            corners[3 * i + k] = (rt_vec3){v.x * by + 0.05f * (k == 1), v.y * by + 0.05f * (k == 2), v.z * by};
+            indices[3 * i + k] = 3 * i + k;
+        }
+    }
+    d.positions = &corners[0].x;
+    d.vertex_count = 3 * SPECKS;
+    d.indices = indices;
+    d.triangle_count = SPECKS;
+    assert_int_equal(rt_scene_add_mesh(child, &d, NULL), RT_OK);
+    kit_ok(ctx, rt_scene_commit(child, NULL));
+    return child;
+}
+
+static double volume(const float lo[3], const float hi[3])
+{
+    return ((double)hi[0] - lo[0]) * ((double)hi[1] - lo[1]) * ((double)hi[2] - lo[2]);
+}
+
+/* What is turned has a box of its own, not that of its turned box; all of it is in there; and the scene's bounds are as they
+ * were. */
+static void test_turned_boxes(void **state)
+{
+    enum { TURNED = 90 };
+    static rt_vec3 corners[3 * SPECKS];
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *child = make_ball(ctx, corners), *scene = kit_scene(ctx);
+    double ratios = 0.0;
+    rt_transform t[TURNED];
+    (void)state;
+    for (int i = 0; i < TURNED; i++) {
+        rt_instance_desc d = rt_instance_desc_default();
+        t[i] = i % 3 == 0 ? nasty(i, 100) : rt_transform_rotate(kit_vec(&seed, 1), kit_range(&seed, 30, 60));
+        d.child = child;
+        d.transform = t[i];
+        kit_ok(ctx, rt_scene_add_instance(scene, &d, NULL));
+    }
+    kit_ok(ctx, rt_scene_commit(scene, NULL));
+    rti_snapshot *snapshot = rti_scene_snapshot(scene);
+    const rtk_scene *v = rti_snapshot_view(snapshot);
+    rtk_vec3 all_lo, all_hi;
+    rti_snapshot_bounds(snapshot, &all_lo, &all_hi);
+    for (int i = 0; i < TURNED; i++) {
+        const rtk_instance *inst = &v->instances[i];
+        const rtk_group *g = &v->groups[inst->group];
+        float lo[3], hi[3];
+        for (uint32_t k = 0; k < 3 * SPECKS; k++) {
+            for (int r = 0; r < 3; r++) {
+                const float *m = t[i].m + 4 * r;
+                const double at = (double)m[0] * corners[k].x + (double)m[1] * corners[k].y + (double)m[2] * corners[k].z + m[3];
+                assert_true(at > inst->lo[r] && at < inst->hi[r]);
+            }
+        }
+        rti_xfm_bounds(&inst->to_world, (float[3]){g->lo.x, g->lo.y, g->lo.z}, (float[3]){g->hi.x, g->hi.y, g->hi.z}, lo, hi);
+        assert_true(lo[0] >= all_lo.x && lo[1] >= all_lo.y && lo[2] >= all_lo.z);
+        assert_true(hi[0] <= all_hi.x && hi[1] <= all_hi.y && hi[2] <= all_hi.z);
+        if (i % 3 != 0) /* others are so far away, or so long, that what boxes grow by counts */
+            ratios += volume(inst->lo, inst->hi) / volume(lo, hi);
+    }
+    assert_true(ratios < 0.6 * (TURNED - TURNED / 3)); /* a ball's would be .3 to .6 */
+    rti_snapshot_release(snapshot);
+    rt_scene_destroy(scene);
+    rt_scene_destroy(child);
+    rt_context_destroy(ctx);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_bounds_hold), cmocka_unit_test(test_growth),
-                                       cmocka_unit_test(test_odd_children), cmocka_unit_test(test_tables),
-                                       cmocka_unit_test(test_told_as_given)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_bounds_hold),  cmocka_unit_test(test_growth),
+                                       cmocka_unit_test(test_turned_boxes), cmocka_unit_test(test_odd_children),
+                                       cmocka_unit_test(test_tables),       cmocka_unit_test(test_told_as_given)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
