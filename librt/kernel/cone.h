@@ -47,17 +47,24 @@ RTK_FN float rtk_cone_polish(const rtk_cone_ray *c, float s)
     return rtk_fabs(slope) > 1.0e-4f && rtk_fabs(step) < 0.125f * m ? s - step : s;
 }
 
-/* Interval inside the infinite one-sided cone; empty when *s0 > *s1. */
+/* Interval inside the infinite one-sided cone; empty when *s0 > *s1. Of needles, and near tips, p is many radii long, and b^2 - a cc
+ * would be what is left of two numbers of the size of p^2: the quadratic is that from where the ray passes the axis, `at`. */
 RTK_FN void rtk_cone_side(const rtk_cone_ray *c, float *s0, float *s1)
 {
-    float a = rtk_dot3(c->w, c->w) - c->k * c->k, b = rtk_dot3(c->p, c->w) - c->r * c->k;
-    float m = rtk_len(c->p), cc = (m - c->r) * (m + c->r);
-    float disc = b * b - a * cc, q, x, y;
+    float ww = rtk_dot3(c->w, c->w), pw = rtk_dot3(c->p, c->w), k = c->k, a = ww - k * k, b = pw - c->r * k, at = 0.0f;
+    float m = rtk_len(c->p), cc = (m - c->r) * (m + c->r), disc = b * b - a * cc, q, x, y;
     *s0 = -RTK_INF;
     *s1 = RTK_INF;
-    if (c->k == 0.0f && a > 0.0f) { /* cylinder: radius against the distance of the lines, without b^2 */
-        float l = rtk_len(rtk_madd(c->p, -b / a, c->w));
-        disc = a * ((c->r - l) * (c->r + l));
+    if (4.0f * (k * k) < ww) {
+        float back = -pw / ww, l = rtk_len(rtk_madd(c->p, back, c->w)), r = c->r + back * k, kl = k * l;
+        if (k == 0.0f) { /* cylinder: radius against the distance of the lines, without b^2 */
+            disc = ww * ((r - l) * (r + l));
+        } else if (8.0f * rtk_fabs(r) < m) {
+            at = back;
+            b = -(r * k);
+            cc = (l - r) * (l + r);
+            disc = ww * ((r - l) * (r + l)) + kl * kl;
+        }
     }
     if (a == 0.0f && b == 0.0f) {
         if (cc > 0.0f)
@@ -73,9 +80,9 @@ RTK_FN void rtk_cone_side(const rtk_cone_ray *c, float *s0, float *s1)
     x = q / a;
     y = q == 0.0f ? x : cc / q;
     if (a >= 0.0f) {
-        *s0 = rtk_min(x, y);
-        *s1 = rtk_max(x, y);
-    } else if (c->k > 0.0f) { /* steeper than the cone: in through the side, and the radius grows on */
+        *s0 = at + rtk_min(x, y);
+        *s1 = at + rtk_max(x, y);
+    } else if (k > 0.0f) { /* steeper than the cone: in through the side, and the radius grows on */
         *s0 = rtk_max(x, y);
     } else {
         *s1 = rtk_min(x, y);

@@ -90,7 +90,7 @@ RTK_FN void rtk_shape_form(RT_GLOBAL const rtk_shape *s, float to[RTK_FORM - RTK
 
 /* x, y, z and radius of a sphere, or of a ball that holds all roots of the shape (rtk_shape_roots), a little larger than need be;
  * of a plane all of space. A torus' and a cone's hold their boxes, whose half diagonals are no longer than the sums here: the roots
- * of needles and of flat cones are no better. Those of cylinders are on their surfaces. */
+ * of flat cones are no better. Those of cylinders are on their surfaces. */
 RTK_FN void rtk_shape_ball(RT_GLOBAL const rtk_shape *s, float to[RTK_BALL])
 {
     rtk_vec3 a = rtk_at(s->p), b = a;

@@ -88,20 +88,25 @@ RTI_VEC VEC POLISH(const SEEN *c, VEC s)
 /* rtk_cone_side; returns the lanes that it leaves empty. */
 RTI_VEC uint32_t SIDE(const SEEN *c, VEC *s0, VEC *s1)
 {
-    const VEC zero = F(set)(0.0f), inf = F(set)(RTK_INF);
-    const VEC a = DOT(c->w, c->w) - c->k * c->k, b = DOT(c->p, c->w) - c->r * c->k;
-    const VEC m = F(sqrt)(DOT(c->p, c->p)), cc = (m - c->r) * (m + c->r);
-    const uint32_t up = M(bits)(F(le)(zero, a)), level = M(bits)(F(eq)(c->k, zero)) & M(bits)(F(lt)(zero, a));
+    const VEC zero = F(set)(0.0f), inf = F(set)(RTK_INF), k = c->k;
+    const VEC ww = DOT(c->w, c->w), pw = DOT(c->p, c->w), a = ww - k * k, m = F(sqrt)(DOT(c->p, c->p)), back = -pw / ww;
+    const VEC near[3] = {c->p[0] + back * c->w[0], c->p[1] + back * c->w[1], c->p[2] + back * c->w[2]};
+    const VEC l = F(sqrt)(DOT(near, near)), r = c->r + back * k, kl = k * l, round = ww * ((r - l) * (r + l));
+    const uint32_t up = M(bits)(F(le)(zero, a)), wide = M(bits)(F(lt)(F(set)(4.0f) * (k * k), ww));
+    const uint32_t level = wide & M(bits)(F(eq)(k, zero));
+    const uint32_t thin = wide & ~level & M(bits)(F(lt)(F(set)(8.0f) * F(abs)(r), m));
+    VEC b = pw - c->r * k, cc = (m - c->r) * (m + c->r), disc = b * b - a * cc;
+    disc = F(select)(M(of)(level), round, F(select)(M(of)(thin), round + kl * kl, disc));
+    b = F(select)(M(of)(thin), -(r * k), b);
+    cc = F(select)(M(of)(thin), (l - r) * (l + r), cc);
+    const VEC at = F(select)(M(of)(thin), back, zero);
     const uint32_t flat = M(bits)(F(eq)(a, zero)) & M(bits)(F(eq)(b, zero));
-    const VEC back = -b / a, near[3] = {c->p[0] + back * c->w[0], c->p[1] + back * c->w[1], c->p[2] + back * c->w[2]};
-    const VEC l = F(sqrt)(DOT(near, near));
-    const VEC disc = F(select)(M(of)(level), a * ((c->r - l) * (c->r + l)), b * b - a * cc);
     const uint32_t none = (flat & M(bits)(F(lt)(zero, cc))) | (~flat & up & M(bits)(F(lt)(disc, zero)));
     const VEC q = -(b + SIGNED(F(sqrt)(F(max)(disc, zero)), b)), x = q / a, y = F(select)(F(eq)(q, zero), x, cc / q);
     const VEC low = F(min)(x, y), high = F(max)(x, y);
-    const uint32_t grows = M(bits)(F(lt)(zero, c->k)) & ~up;
-    *s0 = F(select)(M(of)(up), low, F(select)(M(of)(grows), high, -inf));
-    *s1 = F(select)(M(of)(up), high, F(select)(M(of)(grows), inf, low));
+    const uint32_t grows = M(bits)(F(lt)(zero, k)) & ~up;
+    *s0 = F(select)(M(of)(up), at + low, F(select)(M(of)(grows), high, -inf));
+    *s1 = F(select)(M(of)(up), at + high, F(select)(M(of)(grows), inf, low));
     *s0 = F(select)(M(of)(flat), -inf, POLISH(c, *s0));
     *s1 = F(select)(M(of)(flat), inf, POLISH(c, *s1));
     return none;
@@ -157,8 +162,8 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC inv[3], const CONE *cone, VEC far,
     if (lanes == 0u)
         return 0u;
     /* Of cylinders: farther from the axis, which is taken to go on, than the radius: |p n| / |n|, with n across both. Roundings
-     * move n by 8 u, so p n by some 16 u of reach, and p by less than the margin; a root's own error is less than that, too. (Not
-     * so of cones: of needles, whose discriminant is known to some u of reach squared, rays have roots beside them.) */
+     * move n by 8 u, so p n by some 16 u of reach, and p by less than the margin; a root's own error is less than that, too. (Of
+     * cones that are flat, or go along the ray, a root is not so good before it is brought into the box.) */
     const VEC n[3] = {r->unit[1] * scaled[2] - r->unit[2] * scaled[1], r->unit[2] * scaled[0] - r->unit[0] * scaled[2],
                       r->unit[0] * scaled[1] - r->unit[1] * scaled[0]};
     const VEC apart = F(abs)(DOT(p, n)) - F(set)(4.0e-6f) * reach, wide = widest + r->margin;

@@ -122,6 +122,40 @@ static void roots_are_right(void **state)
         }
 }
 
+/* Cylinders and cones as thin as a millionth of their length, some of which end in a tip, and rays that pass them within a few
+ * radii. */
+static void needles_are_no_thicker(void **state)
+{
+    static const float distances[] = {0.3f, 3, 1e3f};
+    (void)state;
+    for (rtk_u32 type = RTK_SHAPE_CYLINDER; type <= RTK_SHAPE_CONE; type++)
+        for (int c = 0; c < 3; c++) {
+            const float world = 2.0f + (distances[c] > 10 ? distances[c] : 0);
+            const rtk_vec3 box[2] = {{-world, -world, -world}, {world, world, world}};
+            rng g = {type * 10 + (uint64_t)c};
+            figures f = {0};
+            for (int i = 0; i < 20000; i++) {
+                const float thin = exp2f(-3 - rng_unit(&g) * 17);
+                rtk_shape s = {type, 0, 0, 0, {0}};
+                rtk_vec3 axis = rng_dir(&g), e0 = rng_vec(&g, 0.3f), e1 = rtk_add(e0, axis), target, org, dir;
+                const float at = rng_unit(&g) * 1.1f - 0.05f;
+                shape_vec(&s, 0, e0);
+                shape_vec(&s, 4, e1);
+                s.p[3] = thin * (i % 3 ? rng_unit(&g) : 1.0f);
+                s.p[7] = type == RTK_SHAPE_CONE ? (i % 4 ? thin * rng_unit(&g) : 0.0f) : 0.0f;
+                target = rtk_madd(rtk_madd(e0, at, axis), 2 * thin * rng_unit(&g), rng_dir(&g));
+                dir = i % 5 ? rng_dir(&g) : rtk_madd(axis, 0.01f * rng_unit(&g), rng_dir(&g)); /* also almost along it */
+                org = rtk_madd(target, -distances[c], dir);
+                judge(&s, org, dir, 1, box, &f);
+            }
+            print_message("%-8s needle from %-5g %5d hits of %d, worst %6.1Lf u of distance, %d of %d samples wrong\n",
+                          names[type], (double)distances[c], f.hits, f.rays, f.worst, f.wrong, f.samples);
+            assert_true(f.hits > 4000);
+            assert_true(f.worst < 6);
+            assert_int_equal(f.wrong, 0);
+        }
+}
+
 /* How far the shape reaches along +-axis, in closed form. */
 static real reach(const rtk_shape *s, int axis, real sign)
 {
@@ -246,8 +280,8 @@ static void known_answers(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(roots_are_right), cmocka_unit_test(bounds_hold),   cmocka_unit_test(surface_is_right),
-        cmocka_unit_test(planes_are_hit),  cmocka_unit_test(known_answers),
+        cmocka_unit_test(roots_are_right),  cmocka_unit_test(needles_are_no_thicker), cmocka_unit_test(bounds_hold),
+        cmocka_unit_test(surface_is_right), cmocka_unit_test(planes_are_hit),         cmocka_unit_test(known_answers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
