@@ -56,19 +56,15 @@ typedef struct rtk_part_header {
 } rtk_part_header;
 
 /* Shapes too stand in (geometry, primitive) order; planes likewise, in an array of their own. */
-#define RTK_COVER 64 /* at most */
 typedef struct rtk_group_header {
     float lo[3], hi[3]; /* of triangles and shapes, already grown by RTK_GROW * scale; lo > hi when there are none */
     float scale;        /* as a part's, of all */
     rtk_u32 tri_count, shape_count, plane_count;
     rtk_u32 part_count; /* 0: no triangle and no shape */
-    rtk_u32 cover_count;
+    rtk_u32 pad;
     rtk_u64 off_tris, off_shapes, off_planes;
     rtk_u64 off_list; /* several parts: u32 references, those of part 0 ascending, then those of part 1, ... */
     rtk_part_header parts[RTK_PARTS];
-    /* cover_count boxes, lo and hi each, that hold all triangles and shapes, grown as theirs: where these are when they are
-     * turned, they tell better than the one box does. */
-    float cover[RTK_COVER][6];
 } rtk_group_header;
 
 enum { RTK_GEOM_MESH = 0, RTK_GEOM_SHAPES, RTK_GEOM_PLANE };

@@ -167,6 +167,18 @@ static const char *check_instance(const rti_snapshot *s, const rtk_top_header *h
     return NULL;
 }
 
+/* Is there a box of all if some instance has one (which check_instance finds in it), and only then? */
+static const char *check_all_box(const rtk_top_header *head, const rtk_instance *inst)
+{
+    uint32_t boxes = 0;
+    for (uint32_t i = 0; i < head->instance_count; i++)
+        boxes += inst[i].lo[0] <= inst[i].hi[0];
+    for (int k = 0; k < 3; k++)
+        if ((head->all_lo[k] <= head->all_hi[k]) != (boxes > 0))
+            return "the box of the instances is none";
+    return NULL;
+}
+
 static const char *check_unbounded(const rti_snapshot *s, const rtk_top_header *head)
 {
     const rtk_instance *instances = rti_chunk_at(s->top, head->off_instances);
@@ -204,6 +216,8 @@ static const char *check_top(const rti_snapshot *s)
             return what;
         bounded += inst[i].lo[0] <= inst[i].hi[0] && !(inst[i].flags & RTK_INST_UNBOUNDED);
     }
+    if ((what = check_all_box(head, inst)) != NULL)
+        return what;
     /* A ray that enters the box walks a tree, and there is one only over something. */
     if ((bounded > 0) != (head->lo[0] <= head->hi[0]))
         return "the box of the instances is none";

@@ -85,6 +85,7 @@ typedef struct top {
     rtk_instance *instances;
     rtk_motion *motions;
     uint32_t *unbounded;
+    uint32_t *covers; /* of each group the number of its cover among the scene's, counted from 1, or 0 */
 } top;
 
 static void growth(const top *t, const rtk_instance *inst, float reach, float by[3])
@@ -94,14 +95,6 @@ static void growth(const top *t, const rtk_instance *inst, float reach, float by
         by[0] = by[1] = by[2] = rti_motion_growth(t->motions + inst->motion_first, inst->motion_count, head->lo, head->hi, reach);
     else
         rti_xfm_growth(&inst->to_world, &inst->to_object, reach, by);
-}
-
-/* The box of what an instance places: of what is turned, it is smaller than the box of the turned box. */
-static void tighten(const top *t, rtk_instance *inst)
-{
-    const rtk_group_header *head = group_head(t->c, inst->group);
-    if (!(inst->flags & RTK_INST_MOVING) && head->cover_count > 0 && rti_xfm_turns(&inst->to_world))
-        rti_xfm_cover(&inst->to_world, head->cover, head->cover_count, inst->lo, inst->hi);
 }
 
 static void include(float lo[3], float hi[3], const float more_lo[3], const float more_hi[3])
@@ -121,12 +114,11 @@ static void grow_box(const float by[3], float more, float lo[3], float hi[3])
 }
 
 /* transform.c says why this reach suffices: growth(reach) with the part in reach below reach / 2. */
-static void grow_all(const top *t, uint32_t count)
+static float reach_of(const top *t)
 {
-    rtk_instance *instances = t->instances;
-    rtk_top_header *head = t->head;
-    float plain = RTK_LEAST, constant = 0.0f, reach;
-    for (uint32_t i = 0; i < count; i++) {
+    const rtk_instance *instances = t->instances;
+    float plain = RTK_LEAST, constant = 0.0f;
+    for (uint32_t i = 0; i < t->head->instance_count; i++) {
         float by[3];
         if (!in_tree(&instances[i]))
             continue;
@@ -134,22 +126,26 @@ static void grow_all(const top *t, uint32_t count)
         growth(t, &instances[i], 0.0f, by);
         constant = fmaxf(constant, fmaxf(by[0], fmaxf(by[1], by[2])));
     }
-    reach = 2.0f * (plain + constant);
+    return 2.0f * (plain + constant);
+}
+
+/* The boxes of all, of which each instance has its turned box yet. */
+static void measure_top(const top *t, float reach)
+{
+    rtk_top_header *head = t->head;
     for (int k = 0; k < 3; k++) {
         head->lo[k] = head->all_lo[k] = FLT_MAX;
         head->hi[k] = head->all_hi[k] = -FLT_MAX;
     }
     head->scale = RTK_LEAST;
-    for (uint32_t i = 0; i < count; i++) {
-        rtk_instance *inst = &instances[i];
+    for (uint32_t i = 0; i < head->instance_count; i++) {
+        const rtk_instance *inst = &t->instances[i];
         float by[3], lo[3], hi[3];
         if (!(inst->lo[0] <= inst->hi[0]))
             continue;
         memcpy(lo, inst->lo, sizeof lo);
         memcpy(hi, inst->hi, sizeof hi);
         growth(t, inst, reach, by);
-        tighten(t, inst);
-        grow_box(by, 2.0f * RTK_GROW * reach, inst->lo, inst->hi);
         grow_box(by, 2.0f * RTK_GROW * reach, lo, hi);
         include(head->all_lo, head->all_hi, lo, hi);
         if (!in_tree(inst))
@@ -163,6 +159,99 @@ static void grow_all(const top *t, uint32_t count)
         head->lo[k] -= RTK_GROW * head->scale;
         head->hi[k] += RTK_GROW * head->scale;
     }
+}
+
+/* ---- instances' own boxes: of what is turned, smaller than the box of its turned box ---- */
+
+static bool turned(const rtk_instance *inst)
+{
+    return inst->lo[0] <= inst->hi[0] && !(inst->flags & RTK_INST_MOVING) && rti_xfm_turns(&inst->to_world);
+}
+
+/* A cover that the last commit made, about where the one before it stood. */
+static const rti_cover_boxes *known_cover(const rti_array *covers, size_t *at, const rti_hash *group)
+{
+    for (size_t k = 0; k < 64 && *at + k < covers->count; k++) {
+        const rti_cover_boxes *cover = RTI_AT(*covers, rti_cover_boxes, *at + k);
+        if (memcmp(&cover->group, group, sizeof *group) == 0) {
+            *at += k + 1;
+            return cover;
+        }
+    }
+    return NULL;
+}
+
+/* Those of the groups that some instance turns; what the scene had goes. */
+static rt_status find_covers(const top *t)
+{
+    rt_scene *scene = t->c->scene;
+    rti_array covers = {0};
+    size_t at = 0;
+    for (uint32_t i = 0; i < t->head->instance_count; i++)
+        if (turned(&t->instances[i]))
+            t->covers[t->instances[i].group] = 1;
+    for (uint32_t g = 0; g < t->c->next->group_count; g++) {
+        const rti_chunk *group = t->c->next->groups[g].group;
+        rti_cover_boxes *cover;
+        if (t->covers[g] == 0)
+            continue;
+        cover = rti_array_push(scene->ctx, &covers, sizeof *cover);
+        if (!cover) {
+            rt_status status = rti_array_refused(scene->ctx, t->c->call, &covers, 1, sizeof *cover);
+            rti_array_free(scene->ctx, &covers, sizeof *cover);
+            return status;
+        }
+        const rti_cover_boxes *known = known_cover(&scene->covers, &at, &group->hash);
+        if (known)
+            *cover = *known;
+        else
+            rti_group_cover(scene->ctx, group, cover);
+        t->covers[g] = (uint32_t)covers.count;
+    }
+    rti_array_free(scene->ctx, &scene->covers, sizeof(rti_cover_boxes));
+    scene->covers = covers;
+    return RT_OK;
+}
+
+#define BOXES_A_TASK 512u
+typedef struct box_job {
+    const top *t;
+    float reach;
+} box_job;
+
+static void box_task(void *data, uint32_t task)
+{
+    const box_job *job = data;
+    const top *t = job->t;
+    for (uint32_t i = task * BOXES_A_TASK; i < (task + 1) * BOXES_A_TASK && i < t->head->instance_count; i++) {
+        rtk_instance *inst = &t->instances[i];
+        float by[3];
+        if (!(inst->lo[0] <= inst->hi[0]))
+            continue;
+        growth(t, inst, job->reach, by);
+        if (turned(inst)) {
+            const rti_cover_boxes *cover = RTI_AT(t->c->scene->covers, rti_cover_boxes, t->covers[inst->group] - 1);
+            rti_xfm_cover(&inst->to_world, (const float(*)[6])cover->box, cover->count, inst->lo, inst->hi);
+        }
+        grow_box(by, 2.0f * RTK_GROW * job->reach, inst->lo, inst->hi);
+    }
+}
+
+static rt_status box_all(top *t)
+{
+    rt_context *ctx = t->c->scene->ctx;
+    const uint32_t groups = t->c->next->group_count, count = t->head->instance_count;
+    box_job job = {t, reach_of(t)};
+    rt_status status;
+    measure_top(t, job.reach);
+    t->covers = rti_alloc_zero(ctx, groups * sizeof *t->covers);
+    if (!t->covers)
+        return rti_fail_memory(ctx, t->c->call, groups * sizeof *t->covers);
+    status = find_covers(t);
+    if (status == RT_OK && count > 0)
+        rti_parallel(ctx, (count - 1) / BOXES_A_TASK + 1, box_task, &job);
+    rti_free(ctx, t->covers, groups * sizeof *t->covers);
+    return status;
 }
 
 /* Instances, their ways, and the list of the unbounded. */
@@ -224,10 +313,11 @@ rt_status rti_commit_top(rti_commit *c)
     t.unbounded = (uint32_t *)(void *)((uint8_t *)head + head->off_unbounded);
     t.motions = (rtk_motion *)(void *)((uint8_t *)head + head->off_motions);
     status = put_all(&t);
+    if (status == RT_OK)
+        status = box_all(&t);
     if (status != RT_OK) {
         rti_free(scene->ctx, head, layout.size);
         return status;
     }
-    grow_all(&t, count);
     return rti_commit_chunk(c, RTK_CHUNK_TOP, head, layout.size, &c->next->top);
 }

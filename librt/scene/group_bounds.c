@@ -78,22 +78,40 @@ static void measure(rt_context *ctx, const rtk_group_header *head, const uint8_t
     }
 }
 
+void rti_group_measure(rt_context *ctx, rtk_group_header *head, const void *chunk)
+{
+    const uint8_t *base = chunk;
+    const uint32_t *list = (const uint32_t *)(const void *)(base + head->off_list);
+    rtk_part_header all;
+    measure(ctx, head, base, NULL, head->tri_count + head->shape_count, &all);
+    memcpy(head->lo, all.lo, sizeof head->lo);
+    memcpy(head->hi, all.hi, sizeof head->hi);
+    head->scale = all.scale;
+    if (head->part_count == 1)
+        head->parts[0] = all;
+    for (uint32_t i = 0; i < head->part_count && head->part_count > 1; i++) {
+        uint32_t count = head->parts[i].count;
+        measure(ctx, head, base, list, count, &head->parts[i]);
+        list += count;
+    }
+}
+
 /* ---- the cover: of each cell of a grid the box of what has its middle there ---- */
 
 #define COVER_EDGE  4u /* cells along an axis */
-#define COVER_TASKS 8u
+#define COVER_TASKS 16u
 
 typedef struct cover_job {
     box_job all;
     float lo[3], cells[3]; /* cells a unit */
-    float box[COVER_TASKS][RTK_COVER][6];
+    float box[COVER_TASKS][RTI_COVER][6];
 } cover_job;
-_Static_assert(COVER_EDGE *COVER_EDGE *COVER_EDGE == RTK_COVER, "a box for each cell");
+_Static_assert(COVER_EDGE *COVER_EDGE *COVER_EDGE == RTI_COVER, "a box for each cell");
 
 static void cover_task(void *data, uint32_t task)
 {
     cover_job *job = data;
-    for (uint32_t i = 0; i < RTK_COVER; i++)
+    for (uint32_t i = 0; i < RTI_COVER; i++)
         memcpy(job->box[task][i], (float[6])NOTHING, sizeof job->box[task][i]);
     for (uint64_t i = job->all.count * task / COVER_TASKS; i < job->all.count * (task + 1) / COVER_TASKS; i++) {
         float own[6] = NOTHING;
@@ -107,52 +125,32 @@ static void cover_task(void *data, uint32_t task)
     }
 }
 
-/* head has its bounds. */
-static void cover(rt_context *ctx, rtk_group_header *head, const uint8_t *base)
+void rti_group_cover(rt_context *ctx, const rti_chunk *group, rti_cover_boxes *out)
 {
-    cover_job job = {.all = {.tris = (const rtk_tri *)(const void *)(base + head->off_tris),
-                             .shapes = (const rtk_shape *)(const void *)(base + head->off_shapes),
+    const rtk_group_header *head = group->data;
+    cover_job job = {.all = {.tris = rti_chunk_at(group, head->off_tris),
+                             .shapes = rti_chunk_at(group, head->off_shapes),
                              .tri_count = head->tri_count,
                              .count = (uint64_t)head->tri_count + head->shape_count}};
-    head->cover_count = 0;
-    memset(head->cover, 0, sizeof head->cover);
-    if (job.all.count == 0)
-        return;
+    const float grow = RTK_GROW * head->scale;
     for (int k = 0; k < 3; k++) {
         const float cell = (0.5f * head->hi[k] - 0.5f * head->lo[k]) * (2.0f / COVER_EDGE);
         job.lo[k] = head->lo[k];
         job.cells[k] = cell > FLT_MIN ? 1.0f / cell : 0.0f;
     }
     rti_parallel(ctx, COVER_TASKS, cover_task, &job);
-    for (uint32_t i = 0; i < RTK_COVER; i++) {
-        float *to = head->cover[head->cover_count], box[6] = NOTHING;
+    memset(out, 0, sizeof *out);
+    out->group = group->hash;
+    for (uint32_t i = 0; i < RTI_COVER; i++) {
+        float *to = out->box[out->count], box[6] = NOTHING;
         for (uint32_t task = 0; task < COVER_TASKS; task++)
             include(box, job.box[task][i], job.box[task][i] + 3);
         if (!(box[0] <= box[3]))
             continue;
         for (int k = 0; k < 3; k++) {
-            to[k] = box[k] - RTK_GROW * head->scale;
-            to[3 + k] = box[3 + k] + RTK_GROW * head->scale;
+            to[k] = box[k] - grow;
+            to[3 + k] = box[3 + k] + grow;
         }
-        head->cover_count++;
-    }
-}
-
-void rti_group_measure(rt_context *ctx, rtk_group_header *head, const void *chunk)
-{
-    const uint8_t *base = chunk;
-    const uint32_t *list = (const uint32_t *)(const void *)(base + head->off_list);
-    rtk_part_header all;
-    measure(ctx, head, base, NULL, head->tri_count + head->shape_count, &all);
-    memcpy(head->lo, all.lo, sizeof head->lo);
-    memcpy(head->hi, all.hi, sizeof head->hi);
-    head->scale = all.scale;
-    cover(ctx, head, base);
-    if (head->part_count == 1)
-        head->parts[0] = all;
-    for (uint32_t i = 0; i < head->part_count && head->part_count > 1; i++) {
-        uint32_t count = head->parts[i].count;
-        measure(ctx, head, base, list, count, &head->parts[i]);
-        list += count;
+        out->count++;
     }
 }

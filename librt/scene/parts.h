@@ -88,9 +88,10 @@ rt_status rti_commit_chunk(rti_commit *c, uint32_t kind, void *data, size_t size
 /* Where a geometry's arrays stand in its group's ATTRIBUTE chunk: called for each geometry that has any, in order. */
 #define RTI_ATTRIBUTE_HEADER 64u /* the chunk's first bytes: no array stands at offset 0, which means absent */
 void rti_plan_attributes(rti_layout *layout, const rti_geometry *geometry, rtk_geom *out);
-/* Writes bounds (grown), scale and cover into head, bounds and scale into its parts, from the arrays and the list of the chunk that
- * it describes. */
+/* Writes bounds (grown) and scale into head and its parts, from the arrays and the list of the chunk that it describes. */
 void rti_group_measure(rt_context *ctx, rtk_group_header *head, const void *chunk);
+/* The cover of a group that is not empty. */
+void rti_group_cover(rt_context *ctx, const rti_chunk *group, rti_cover_boxes *out);
 /* Cuts a measured group into parts where that pays: the block (layout->size bytes) is then replaced by a longer one with the
  * list. */
 rt_status rti_group_cut(rti_commit *c, rtk_group_header **head, rti_layout *layout);

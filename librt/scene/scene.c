@@ -20,7 +20,7 @@ rt_status rti_array_refused(rt_context *ctx, const char *call, const rti_array *
     return rti_fail_memory(ctx, call, (need > grown ? need : grown) * item_size);
 }
 
-static void array_free(rt_context *ctx, rti_array *array, size_t item_size)
+void rti_array_free(rt_context *ctx, rti_array *array, size_t item_size)
 {
     rti_free(ctx, array->data, array->capacity * item_size);
 }
@@ -99,13 +99,14 @@ void rt_scene_destroy(rt_scene *scene)
         rt_scene_destroy(inst->child); /* one level: a child has no instances */
         rti_free(ctx, inst->motion, inst->motion_count * sizeof *inst->motion);
     }
-    array_free(ctx, &scene->materials, sizeof(rtk_material));
-    array_free(ctx, &scene->textures, sizeof(rti_texture));
-    array_free(ctx, &scene->geometries, sizeof(rti_geometry));
-    array_free(ctx, &scene->shapes, sizeof(rtk_shape));
-    array_free(ctx, &scene->planes, sizeof(rti_plane));
-    array_free(ctx, &scene->instances, sizeof(rti_inst));
-    array_free(ctx, &scene->lights, sizeof(rti_light));
+    rti_array_free(ctx, &scene->materials, sizeof(rtk_material));
+    rti_array_free(ctx, &scene->textures, sizeof(rti_texture));
+    rti_array_free(ctx, &scene->geometries, sizeof(rti_geometry));
+    rti_array_free(ctx, &scene->shapes, sizeof(rtk_shape));
+    rti_array_free(ctx, &scene->planes, sizeof(rti_plane));
+    rti_array_free(ctx, &scene->instances, sizeof(rti_inst));
+    rti_array_free(ctx, &scene->lights, sizeof(rti_light));
+    rti_array_free(ctx, &scene->covers, sizeof(rti_cover_boxes));
     rti_free(ctx, scene, sizeof *scene);
 }
 

@@ -77,6 +77,15 @@ typedef struct rti_cell {
     rti_seat seats[RTI_SEATS];
 } rti_cell;
 
+/* Boxes, lo and hi each, that hold all of a group and are grown as its own: where it is when it is turned, they tell better than the
+ * one does. */
+#define RTI_COVER 64
+typedef struct rti_cover_boxes {
+    rti_hash group; /* of its chunk */
+    uint32_t count;
+    float box[RTI_COVER][6];
+} rti_cover_boxes;
+
 struct rt_scene {
     rt_context *ctx;
     atomic_uint refs;
@@ -90,6 +99,7 @@ struct rt_scene {
     rti_array planes;                /* rti_plane */
     rti_array instances;             /* rti_inst */
     rti_array lights;                /* rti_light */
+    rti_array covers;                /* rti_cover_boxes, of the last commit */
     uint64_t tri_count, shape_count; /* alive */
     rtk_world world;
     rt_camera_desc camera[2];    /* at time 0 and 1 */
@@ -102,6 +112,7 @@ struct rt_scene {
     rti_cell cell;
 };
 
+void rti_array_free(rt_context *ctx, rti_array *array, size_t item_size);
 /* Pushes one zeroed item; NULL: no memory (nothing changed). Counts up: take back with array->count--. */
 void *rti_array_push(rt_context *ctx, rti_array *array, size_t item_size);
 /* The sentence for a push or reserve that failed: arrays grow by doubling. */

@@ -6,7 +6,7 @@
  * rays go on while the others wait. A node's slots are met by as many rays at a time as vectors have lanes, and a list is put
  * together by bits; a ray stands in two records of eight words. An instance gets the list of its leaf. Its rays are moved into the
  * group's space as one ray is (rtk_instance_ray), so whatever the group's tracer finds of them is what it would find of each by
- * itself. They end at their best hits so far, or just behind: equal hits are decided by the order of hits. Where they are most of
+ * itself. They end at their best hits so far, or just behind: equal hits are decided by the order of hits. Where they are many of
  * the rays of their blocks, they go in these blocks, as many at a time as vectors have lanes, the others among them as rays that
  * are none; where they are few of them, side by side. A few rays go through it one by one (bvh_one.inl).
  */
@@ -331,11 +331,12 @@ RTI_VEC void placed_move(placed *a, const rtk_instance *inst, const uint16_t *li
     }
 }
 
-/* The blocks that an instance's rays are of, if they are half of what stands there, or more. Returns how many; 0: they go side by
- * side. A list has the order of the batch. */
-RTI_VEC rtk_u32 placed_blocks(placed *a, const uint16_t *list, rtk_u32 n)
+/* The blocks that an instance's rays are of, if they are much of what stands there: a quarter where the rays go together, for those
+ * of a point are then as they were looked at, three quarters where they do not. Returns how many; 0: they go side by side. A list
+ * has the order of the batch. */
+RTI_VEC rtk_u32 placed_blocks(placed *a, const uint16_t *list, rtk_u32 n, int together)
 {
-    const rtk_u32 most = 2u * n / RTK_BLOCK;
+    const rtk_u32 most = (together ? 4u * n : 4u * n / 3u) / RTK_BLOCK;
     rtk_u32 count = 0u;
     for (rtk_u32 i = 0u; i < n; count++) {
         const rtk_u32 b = list[i] / RTK_BLOCK;

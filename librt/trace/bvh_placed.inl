@@ -120,14 +120,15 @@ static void RTK_NAME(placed_instance)(placed *a, rtk_u32 ref, const uint16_t *li
         }
         return;
     }
-    const rtk_u32 blocks = placed_blocks(a, list, n);
+    const int together = a->coherent && (n >= PLACED_NEAR || 2u * n >= a->count);
+    const rtk_u32 blocks = placed_blocks(a, list, n, together);
     if (blocks != 0u)
         placed_move_blocks(a, RTK_MODE, inst, blocks);
     else
         placed_move(a, inst, list, n);
     RTK_NAME(placed_group)(a, inst->group, a->own, RTK_MODE & RTK_MODE_ANY ? NULL : a->found,
-                           RTK_MODE & RTK_MODE_ANY ? (uint16_t *)(void *)a->found : NULL, blocks != 0u ? RTK_BLOCK * blocks : n,
-                           a->coherent && (n >= PLACED_NEAR || 2u * n >= a->count));
+                           RTK_MODE & RTK_MODE_ANY ? (uint16_t *)(void *)a->found : NULL,
+                           blocks != 0u ? RTK_BLOCK * blocks : n, together);
     if (blocks != 0u)
         placed_merge_blocks(a, RTK_MODE, inst, blocks);
     else

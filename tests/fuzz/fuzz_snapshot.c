@@ -67,21 +67,28 @@ static void shade(const rtk_scene *v, const rtk_trace_block *rays, const rtk_hit
 }
 
 /* A loaded snapshot traced by every tracer in each way; the hits agree, or the file's own tree was wrong, which is no crash. */
+/* As many as go to instances together; a block where there are none. */
+enum { BLOCKS = 17 };
+
 static void use(rti_snapshot *snapshot)
 {
-    _Alignas(64) rtk_trace_block rays;
-    _Alignas(64) rtk_hit_block hits;
-    float times[RTK_BLOCK];
+    static _Alignas(64) rtk_trace_block rays[BLOCKS];
+    static _Alignas(64) rtk_hit_block hits[BLOCKS];
+    static float times[BLOCKS * RTK_BLOCK];
+    const uint32_t count = rti_snapshot_view(snapshot)->instance_count != 0 ? BLOCKS * RTK_BLOCK : RTK_BLOCK;
     rtk_vec3 lo, hi;
     rti_snapshot_bounds(snapshot, &lo, &hi);
-    make_rays(&rays, lo, hi);
-    for (uint32_t i = 0; i < RTK_BLOCK; i++)
-        times[i] = TIME(i);
+    for (uint32_t b = 0; b < BLOCKS; b++) { /* some beside it */
+        const float by = 0.1f * (float)(b % 5) * (hi.x - lo.x);
+        make_rays(&rays[b], rtk_v3(lo.x + by, lo.y, lo.z), rtk_v3(hi.x + by, hi.y, hi.z));
+    }
+    for (uint32_t i = 0; i < BLOCKS * RTK_BLOCK; i++)
+        times[i] = TIME(i % RTK_BLOCK);
     for (uint32_t i = 0; i < rti_tracer_count(); i++) {
         const rti_tracer *tracer = rti_tracer_at(rti_isa_best(), i);
         static _Alignas(64) unsigned char room[RTI_TRACE_ROOM];
         rti_scratch scratch = {.room = room, .times = times};
-        uint16_t occluded;
+        uint16_t occluded[BLOCKS];
         rti_snapshot *with;
         if (rti_snapshot_with_tree(snapshot, tracer->tree, NULL, &with) != RT_OK)
             continue;
@@ -89,13 +96,13 @@ static void use(rti_snapshot *snapshot)
             const uint32_t flags = way & 1 ? RTI_TRACE_COHERENT : 0;
             scratch.turns = way == 2;
             scratch.bare = way == 3;
-            tracer->occluded(rti_snapshot_view(with), &rays, &occluded, RTK_BLOCK, flags, &scratch);
-            tracer->intersect(rti_snapshot_view(with), &rays, &hits, RTK_BLOCK, flags, &scratch);
+            tracer->occluded(rti_snapshot_view(with), rays, occluded, count, flags, &scratch);
+            tracer->intersect(rti_snapshot_view(with), rays, hits, count, flags, &scratch);
         }
-        tracer->intersect(rti_snapshot_view(with), &rays, &hits, RTK_BLOCK, RTI_TRACE_AFTER, &scratch);
+        tracer->intersect(rti_snapshot_view(with), rays, hits, RTK_BLOCK, RTI_TRACE_AFTER, &scratch);
         scratch.bare = scratch.turns = false;
-        tracer->intersect(rti_snapshot_view(with), &rays, &hits, RTK_BLOCK, 0, &scratch);
-        shade(rti_snapshot_view(with), &rays, &hits);
+        tracer->intersect(rti_snapshot_view(with), rays, hits, RTK_BLOCK, 0, &scratch);
+        shade(rti_snapshot_view(with), rays, hits);
         rti_snapshot_release(with);
     }
 }
