@@ -59,29 +59,49 @@ RTI_VEC float moved_least(float shift, float x, rtk_u32 *sure)
     return t;
 }
 
-/* Are there many rays that start far away from a part and do not pass it for certain? Some tell. */
-RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, rtk_vec3 lo, rtk_vec3 hi, float scale, int coherent)
+/* Rays that are looked at: those that start near a part, and those that start far away and do not pass it for certain. */
+typedef struct moved_seen {
+    rtk_u32 near, far, all;
+} moved_seen;
+
+RTI_VEC void moved_look(moved_seen *s, const rtk_trace_block *rays, rtk_u32 count, rtk_u32 looks, rtk_vec3 lo, rtk_vec3 hi,
+                        float scale)
 {
-    const rtk_u32 step = rtk_umax(RTK_BLOCK, count / (coherent ? MOVED_FEW : MOVED_LOOKS) / RTK_BLOCK * RTK_BLOCK);
-    rtk_u32 far = 0u, all = 0u;
-    if (count < MOVED_LEAST)
-        return 0;
+    const rtk_u32 step = rtk_umax(RTK_BLOCK, count / looks / RTK_BLOCK * RTK_BLOCK);
     for (rtk_u32 i = 0u; i < count; i += step) {
         const rtk_trace_block *b = &rays[i / RTK_BLOCK];
         __builtin_prefetch(b->ox);
         __builtin_prefetch(b->oy);
         __builtin_prefetch(b->oz);
     }
-    for (rtk_u32 i = 0u; i < count; i += step, all++) {
+    for (rtk_u32 i = 0u; i < count; i += step, s->all++) {
         const rtk_trace_block *b = &rays[i / RTK_BLOCK];
         rtk_ray r;
         r.org = rtk_v3(b->ox[0], b->oy[0], b->oz[0]);
+        if (!(rtk_maxabs(r.org) > RTK_FAR * scale && rtk_maxabs(r.org) < MOVED_MOST * scale)) {
+            s->near++;
+            continue;
+        }
         r.dir = rtk_v3(b->dx[0], b->dy[0], b->dz[0]);
         r.tmin = b->tmin[0];
-        far += rtk_maxabs(r.org) > RTK_FAR * scale && rtk_maxabs(r.org) < MOVED_MOST * scale &&
-               !rtk_ray_passes(r, rtk_v3(rtk_inverse(r.dir.x), rtk_inverse(r.dir.y), rtk_inverse(r.dir.z)), lo, hi, scale);
+        s->far += !rtk_ray_passes(r, rtk_v3(rtk_inverse(r.dir.x), rtk_inverse(r.dir.y), rtk_inverse(r.dir.z)), lo, hi, scale);
     }
-    return 4u * far > all;
+}
+
+/* Are there many rays that start far away from a part and do not pass it for certain? A few tell whether any start there, then more
+ * how many these are: such a ray by itself costs what many in a stream do, those that pass cost little either way, and what counts
+ * is those that start near, which had better stay together. (Told by eight, of all: a bunny from afar took 1.2 times as long.) */
+RTI_VEC int moved_many(const rtk_trace_block *rays, rtk_u32 count, rtk_vec3 lo, rtk_vec3 hi, float scale, int coherent)
+{
+    moved_seen s = {0u, 0u, 0u};
+    if (count < MOVED_LEAST)
+        return 0;
+    moved_look(&s, rays, count, coherent ? MOVED_FEW : MOVED_LOOKS, lo, hi, scale);
+    if (s.near == s.all)
+        return 0;
+    if (coherent)
+        moved_look(&s, rays, count, MOVED_LOOKS, lo, hi, scale);
+    return s.far != 0u && 4u * s.far >= s.far + s.near;
 }
 
 /* Do rays through one group go this way? */
