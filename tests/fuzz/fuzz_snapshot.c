@@ -66,10 +66,10 @@ static void shade(const rtk_scene *v, const rtk_trace_block *rays, const rtk_hit
     }
 }
 
-/* A loaded snapshot traced by every tracer in each way; the hits agree, or the file's own tree was wrong, which is no crash. */
-/* As many as go to instances together; a block where there are none. */
+/* As many as go to instances together; one where there are none. */
 enum { BLOCKS = 17 };
 
+/* A loaded snapshot traced by every tracer in each way; the hits agree, or the file's own tree was wrong, which is no crash. */
 static void use(rti_snapshot *snapshot)
 {
     static _Alignas(64) rtk_trace_block rays[BLOCKS];
