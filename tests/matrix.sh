@@ -1,10 +1,11 @@
 #!/bin/sh
 # Builds every variant and runs its tests; the last line is the sum, "N passed, N failed". usage: matrix.sh [VARIANT...]
 #
-#   release   GCC, everything, all tests              clang   the same by Clang, without the program's; its image hashes must be the release's
-#   bare      every optional part off                 asan    address and undefined-behaviour sanitizers, by Clang; readers under libFuzzer
+#   release   GCC, everything, all tests              clang   Clang, every optional part off; its image hashes must be the release's
+#   asan      address and undefined-behaviour sanitizers, by Clang; readers under libFuzzer
 #   tsan      thread sanitizer, what renders          msan    memory sanitizer, what reads files
 #   fuzz      asan's readers alone                    asan-gcc  asan by GCC; with LIBRT_FULL=1 only
+#   bare      GCC, every optional part off; with LIBRT_FULL=1 only, where clang has every part
 #   avx512    AVX-512's kernels in other instructions; with LIBRT_FULL=1 only, where the machine has none of its own and SIMDe is installed
 #   arm       the kernels of 64-bit ARM by GCC, under qemu; with LIBRT_FULL=1 only, where the tools are (cmake/arm.cmake names them)
 #   lint      luacheck, clang-format, clang-tidy, shellcheck: those that are installed
@@ -25,8 +26,8 @@ failed=0
 whole=0
 if [ $# -eq 0 ]; then
     whole=1
-    set -- release clang bare asan tsan msan lint
-    [ "$FULL" = 0 ] || set -- "$@" asan-gcc avx512 arm
+    set -- release clang asan tsan msan lint
+    [ "$FULL" = 0 ] || set -- "$@" bare asan-gcc avx512 arm
 fi
 
 # Sanitizers: the first report ends the program; leaks count.
@@ -140,16 +141,15 @@ lint() {
     fi
 }
 
-# What is left out where it would be shown twice. Clang: the program, the binding, the collector's stress, threads and files are Lua and GCC's,
-# and the address sanitizer's by Clang; real meshes are the release's. Bare: one set of kernels, for all are the release's. Sanitizers: AVX2
-# beside generic where memory counts (its stores in eights reach behind rows, those of AVX-512 go by masks), generic alone where threads and
-# readers do; of the program, what more than its Lua does. Of both kinds of AVX-512 the better that the processor has is run, the other only
-# compiled.
-seconds=2
+# What is left out where it would be shown twice. Clang: the program, the binding and the optional parts are GCC's, and the address sanitizer's
+# by Clang, so that here they are off; real meshes are the release's. Sanitizers: AVX2 beside generic where memory counts (its stores in eights
+# reach behind rows, those of AVX-512 go by masks) but for packets and pencils, AVX2's alone; generic alone where threads and readers do; of the
+# program, what more than its Lua does. Of both kinds of AVX-512 the better that the processor has is run, the other only compiled.
+seconds=1
+parts='-DLIBRT_LUA=OFF -DLIBRT_STB=OFF -DLIBRT_PNG=OFF -DLIBRT_MPI=OFF -DLIBRT_OPENCL=OFF' # Clang's
 release_less='\.gc$' # under the address sanitizer, where it tells more
-clang_less='^cli\.|^lua\.|^unit\.(base|checkpoint)$|\.gc$|^variants\.tracers(\.sse42)?$|^hash\.sse42$'
-bare_less='^variants\.|^unit\.(extreme|refit)\.generic$|^hash\.(generic|sse42|avx2)$|^unit\.(kernel_|(ball|tri)_lanes$|lanes(_path)?$|motion$|camera$|tree(_failing)?$|render_|base$)'
-asan_less='^lua\.(alloc|report)$|^unit\.(camera|motion)$|\.generational$|^cli\.(animate|bench|help|limit|render|replay|report|sdf|sweep|tools|tree|tutorial)|^hash\.(generic|avx2)$|^variants\.tracers(\.generic)?$'
+clang_less='^unit\.(base|checkpoint)$|^variants\.tracers(\.sse42)?$|^hash\.sse42$'
+asan_less='^lua\.(alloc|report|sweep)$|^variants\.(moved|pencils)\.generic$|^unit\.(camera|motion)$|\.generational$|^cli\.(animate|bench|help|limit|render|replay|report|sdf|sweep|tools|tree|tutorial)|^hash\.(generic|avx2)$|^variants\.tracers(\.generic)?$'
 arm_tests='^variants\.|^hash\.|^unit\.(kernel_|(ball|tri)_lanes$|lanes(_path)?$|isa$|cell_wide$|tree)'
 avx512_tests='^variants\..*avx512|^hash\.|^unit\.(simd|lanes(_path)?|(ball|tri)_lanes|isa|cell_wide|tree|extreme)$'
 release_isas=AUTO # an AVX-512 is a third of what a compiler takes
@@ -157,7 +157,6 @@ own_isas=AUTO     # Clang's
 asan_isas=AUTO
 few_isas=NONE
 slow='slow|source'
-bare_level=-O1 # a third of the time for hot files, which are release's at -O3; and the same bits at one more level
 case $(uname -m) in x86_64 | amd64)
     own_isas=avx2
     asan_isas=avx2
@@ -175,9 +174,8 @@ esac
 if [ "$FULL" != 0 ]; then
     seconds=120
     release_less='^$'
+    parts='-DLIBRT_LUA=AUTO -DLIBRT_STB=AUTO -DLIBRT_PNG=AUTO -DLIBRT_MPI=AUTO -DLIBRT_OPENCL=AUTO'
     clang_less='^$'
-    bare_less='^$'
-    bare_level=-O3
     asan_less='^$'
     slow=source
     release_isas=AUTO
@@ -185,12 +183,16 @@ if [ "$FULL" != 0 ]; then
     asan_isas=AUTO
     few_isas=AUTO
 fi
-# twice VARIANT: tests that show once more, on fewer rays, what those without a level show, which are of the processor's own.
+# twice LEVELS: tests of the best of these levels, which show once more, on fewer rays, what those without a level show.
 twice() {
-    if [ "$FULL" != 0 ]; then
+    level=${1##*;}
+    if [ "$level" = AUTO ]; then
+        level=$(out-release/bin/rtray info 2>/dev/null | sed -n 's/^isa *//p')
+    fi
+    if [ "$FULL" != 0 ] || [ -z "$level" ]; then
         echo '^$'
     else
-        echo "^(variants\\.(balls|moved|pencils|streams)|unit\\.(extreme|refit))\\.$("out-$1/bin/rtray" info | sed -n 's/^isa *//p')\$"
+        echo "^(variants\\.(balls|moved|pencils|streams)|unit\\.(extreme|refit))\\.$level\$"
     fi
 }
 
@@ -199,13 +201,16 @@ for variant in "$@"; do
     case $variant in
     release)
         build release all "-DLIBRT_ISAS=$release_isas" && build release check_isas "-DLIBRT_ISAS=$release_isas" &&
-            check release -E "$release_less|$(twice release)"
+            check release -E "$release_less|$(twice "$release_isas")"
         ;;
-    clang) build clang all "-DLIBRT_ISAS=$own_isas" && check clang -LE "$slow" -E "$clang_less|$(twice clang)" && compare_hashes clang ;;
-    bare) build bare all "-DLIBRT_ISAS=$few_isas" "-DCMAKE_C_FLAGS_RELEASE=$bare_level -DNDEBUG" && check bare -LE "$slow" -E "$bare_less" && compare_hashes bare ;;
+    clang)
+        # shellcheck disable=SC2086 # arguments
+        build clang all "-DLIBRT_ISAS=$own_isas" $parts && check clang -LE "$slow" -E "$clang_less|$(twice "$own_isas")" && compare_hashes clang
+        ;;
+    bare) build bare all "-DLIBRT_ISAS=$few_isas" && check bare -LE "$slow" && compare_hashes bare ;;
     asan | asan-gcc)
         build "$variant" all "-DLIBRT_ISAS=$asan_isas" "-DLIBRT_FUZZ_SECONDS=$seconds" &&
-            check "$variant" -LE "$slow" -E "$asan_less|$(twice "$variant")" && compare_hashes "$variant"
+            check "$variant" -LE "$slow" -E "$asan_less|$(twice "$asan_isas")" && compare_hashes "$variant"
         ;;
     tsan) build tsan tests_threads "-DLIBRT_ISAS=$few_isas" && check tsan -L threads && compare_hashes tsan ;;
     msan) build msan tests_readers "-DLIBRT_ISAS=$few_isas" && check msan -L readers ;;
@@ -236,9 +241,9 @@ done
 if [ "$whole" = 1 ] && [ "$FULL" = 0 ]; then
     cat <<'WORDS'
 only test --full has: ten million rays of each mesh against brute force, 200,000 of each made scene (10,000 here, 1,000 but in release);
-    ten million triangles; two minutes of fuzzing a reader (two seconds here); AVX-512 without VBMI2 where the processor has both, and with it
-    over SIMDe where it has neither, and either under a sanitizer; 64-bit ARM (under qemu); every test and instruction set by Clang and under each sanitizer; the address
-    sanitizer by GCC, and readers' replays under it; no optional part at -O3 (-O1 here); clang-tidy
+    ten million triangles; two minutes of fuzzing a reader (a second here); AVX-512 without VBMI2 where the processor has both, and with it
+    over SIMDe where it has neither, and either under a sanitizer; 64-bit ARM (under qemu); every test and instruction set by Clang, with every optional part, and under each
+    sanitizer; the address sanitizer by GCC, and readers' replays under it; GCC with no optional part; clang-tidy
 WORDS
 fi
 printf 'in %d min %d s\n' $((($(now) - started) / 60)) $((($(now) - started) % 60))

@@ -5,6 +5,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "../support/many.h"
 #include "render_stage.h"
 
 #include "base/base.h"
@@ -351,7 +352,7 @@ static void test_signals_are_the_hosts(void **state)
     rt_context_desc cd = rt_context_desc_default();
     rt_context *other;
     rt_scene *s;
-    rt_render_desc d = settings(400, 300, 4, "whitted");
+    rt_render_desc d = settings(400, 300, TEST_SANITIZED ? 1 : 4, "whitted");
     rt_job *job;
     struct sigaction action, old;
     sigset_t now;

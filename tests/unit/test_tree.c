@@ -89,7 +89,9 @@ static void test_same_bytes(void **state)
 {
     (void)state;
     check_same(20000);
-    check_same(2 * 8192 - 50); /* whole shares of what workers split together */
+#ifndef __SANITIZE_THREAD__
+    check_same(2 * 8192 - 50); /* whole shares of what workers split together: the same races, other bytes */
+#endif
 }
 
 static void test_small(void **state)
@@ -213,7 +215,7 @@ static void test_copies(void **state)
     for (int jitter = 0; jitter < 2; jitter++) {
         test_mesh m = {0};
         test_rng r = {7};
-        int count = TEST_SANITIZED ? 10000 : jitter ? 100000 : 1000000;
+        int count = TEST_SANITIZED ? 10000 : jitter || test_fewer() ? 100000 : 1000000;
         for (int i = 0; i < count; i++) {
             float v[3][3] = {{0, 0, 0}, {1, 0.1f, 0.2f}, {0.3f, 1, 0.5f}};
             for (int k = 0; k < 9 && jitter; k++)
