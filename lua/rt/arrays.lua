@@ -6,7 +6,7 @@ local class = require "rt.class"
 
 local arrays = {}
 
-local fail = check.fail
+local fail, math_type = check.fail, math.type
 
 local function is_buffer(value)
   local meta = getmetatable(value)
@@ -61,7 +61,10 @@ function arrays.floats(width)
       check_list(value, who, key)
       local flat = flatten(value, width, who, key)
       for i = 1, #flat do
-        number(flat[i], who, ("%s[%d]"):format(key, i))
+        local x = flat[i]
+        if not math_type(x) or x - x ~= 0 then -- no finite number: where it stands is not put into words before
+          number(x, who, ("%s[%d]"):format(key, i))
+        end
       end
       value = core.buffer("f32", flat)
     end
@@ -73,10 +76,10 @@ function arrays.floats(width)
 end
 
 -- Vertex numbers in lists count from 1, as the list of vertices does; in a buffer they count from 0, as in C.
-local function vertex(value, who, key)
-  local n = math.type(value) and math.tointeger(value)
+local function vertex(value, who, place, ...)
+  local n = math_type(value) and math.tointeger(value)
   if not n or n < 1 or n > 0xffffffff then
-    fail("%s: %s must be the number of a vertex, from 1; got %s", who, key, check.describe(value))
+    fail("%s: %s must be the number of a vertex, from 1; got %s", who, place:format(...), check.describe(value))
   end
   return n - 1
 end
@@ -93,7 +96,7 @@ function arrays.triangles(value, who, key)
     local flat = flatten(value, 3, who, key)
     local indices = {}
     for i = 1, #flat do
-      indices[i] = vertex(flat[i], who, ("%s[%d]"):format(key, i))
+      indices[i] = vertex(flat[i], who, "%s[%d]", key, i)
     end
     value = core.buffer("u32", indices)
   end
@@ -114,7 +117,7 @@ function arrays.polygons(value, who, key)
     end
     sizes[i] = #face
     for k = 1, #face do
-      indices[#indices + 1] = vertex(face[k], who, ("%s[%d][%d]"):format(key, i, k))
+      indices[#indices + 1] = vertex(face[k], who, "%s[%d][%d]", key, i, k)
     end
   end
   return { sizes = core.buffer("u32", sizes), indices = core.buffer("u32", indices) }
