@@ -51,24 +51,40 @@ static const rtl_buffer *items(lua_State *L, const char *key, rtl_type type, uin
     return b;
 }
 
+/* The same, as floats, or NULL; and as numbers of materials. */
+static const float *floats(lua_State *L, const char *key, uint32_t count, size_t width, const char *of)
+{
+    const rtl_buffer *b = items(L, key, RTL_F32, count, width, of);
+    return b ? b->as.f32 : NULL;
+}
+
+static const uint32_t *material_ids(lua_State *L, uint32_t count, const char *of)
+{
+    const rtl_buffer *b = items(L, "material_ids", RTL_U32, count, 1, of);
+    return b ? b->as.u32 : NULL;
+}
+
+/* The points in `key`, which must be there: how many. */
+static uint32_t points(lua_State *L, const char *key, const float **to)
+{
+    const rtl_buffer *b = rtl_field_buffer(L, 2, key, RTL_F32);
+    if (!b) {
+        rtl_raise(L, "%s is missing", key);
+    }
+    *to = b->as.f32;
+    return count_of(L, b, 3, key);
+}
+
 static int spheres(lua_State *L)
 {
     rtl_context *c;
     rt_scene *scene = rtl_check_scene(L, 1, &c);
     rt_spheres_desc d = rt_spheres_desc_default();
     d.common = common(L, d.common);
-    const rtl_buffer *centers = rtl_field_buffer(L, 2, "centers", RTL_F32);
-    if (!centers) {
-        return rtl_raise(L, "centers is missing");
-    }
-    d.centers = centers->as.f32;
-    d.count = count_of(L, centers, 3, "centers");
-    const rtl_buffer *radii = items(L, "radii", RTL_F32, d.count, 1, "spheres");
-    const rtl_buffer *colors = items(L, "colors", RTL_F32, d.count, 3, "spheres");
-    const rtl_buffer *materials = items(L, "material_ids", RTL_U32, d.count, 1, "spheres");
-    d.radii = radii ? radii->as.f32 : NULL;
-    d.colors = colors ? colors->as.f32 : NULL;
-    d.face_materials = materials ? materials->as.u32 : NULL;
+    d.count = points(L, "centers", &d.centers);
+    d.radii = floats(L, "radii", d.count, 1, "spheres");
+    d.colors = floats(L, "colors", d.count, 3, "spheres");
+    d.face_materials = material_ids(L, d.count, "spheres");
     rtl_field_float(L, 2, "radius", &d.radius);
     rt_geometry id;
     rt_status status = rt_scene_add_spheres(scene, &d, &id);
@@ -131,6 +147,42 @@ static int cone(lua_State *L)
     rtl_field_float(L, 2, "to_radius", &d.radius1);
     rt_geometry id;
     rt_status status = rt_scene_add_cone(scene, &d, &id);
+    return done(L, c, status, id);
+}
+
+/* Many cylinders or cones. */
+static rt_cones_desc cones_of(lua_State *L, const char *what)
+{
+    rt_cones_desc d = rt_cones_desc_default();
+    d.common = common(L, d.common);
+    d.count = points(L, "from", &d.from);
+    d.to = floats(L, "to", d.count, 3, what);
+    d.radii0 = floats(L, "radii", d.count, 1, what);
+    d.colors = floats(L, "colors", d.count, 3, what);
+    d.face_materials = material_ids(L, d.count, what);
+    rtl_field_float(L, 2, "radius", &d.radius0);
+    return d;
+}
+
+static int cylinders(lua_State *L)
+{
+    rtl_context *c;
+    rt_scene *scene = rtl_check_scene(L, 1, &c);
+    rt_cones_desc d = cones_of(L, "cylinders");
+    rt_geometry id;
+    rt_status status = rt_scene_add_cylinders(scene, &d, &id);
+    return done(L, c, status, id);
+}
+
+static int cones(lua_State *L)
+{
+    rtl_context *c;
+    rt_scene *scene = rtl_check_scene(L, 1, &c);
+    rt_cones_desc d = cones_of(L, "cones");
+    d.radii1 = floats(L, "to_radii", d.count, 1, "cones");
+    rtl_field_float(L, 2, "to_radius", &d.radius1);
+    rt_geometry id;
+    rt_status status = rt_scene_add_cones(scene, &d, &id);
     return done(L, c, status, id);
 }
 
@@ -284,18 +336,10 @@ static int instance(lua_State *L)
 
 void rtl_open_geometry(lua_State *L)
 {
-    static const luaL_Reg functions[] = {{"add_sphere", sphere},
-                                         {"add_spheres", spheres},
-                                         {"add_plane", plane},
-                                         {"add_box", box},
-                                         {"add_cylinder", cylinder},
-                                         {"add_cone", cone},
-                                         {"add_torus", torus},
-                                         {"add_mesh", mesh},
-                                         {"add_polyhedron", polyhedron},
-                                         {"add_mesh_file", mesh_file},
-                                         {"add_instance", instance},
-                                         {"set_vertices", set_vertices},
-                                         {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"add_sphere", sphere},     {"add_spheres", spheres},       {"add_plane", plane},
+                                         {"add_box", box},           {"add_cylinder", cylinder},     {"add_cylinders", cylinders},
+                                         {"add_cone", cone},         {"add_cones", cones},           {"add_torus", torus},
+                                         {"add_mesh", mesh},         {"add_polyhedron", polyhedron}, {"add_mesh_file", mesh_file},
+                                         {"add_instance", instance}, {"set_vertices", set_vertices}, {NULL, NULL}};
     rtl_add_functions(L, functions);
 }

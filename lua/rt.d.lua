@@ -568,6 +568,34 @@ function rt.cylinder(desc) end
 ---@return rt.shape
 function rt.cone(desc) end
 
+---@class rt.cylinders_desc : rt.shape_desc
+---@field from rt.buffer|number[]|number[][] three numbers a cylinder
+---@field to rt.buffer|number[]|number[][]
+---@field radii? rt.buffer|number[]
+---@field radius? number one for all
+---@field colors? rt.buffer|number[]|number[][] multiply the material's
+---@field materials? rt.material[] one a cylinder
+
+---Many cylinders as one shape.
+---@param desc rt.cylinders_desc
+---@return rt.shape
+function rt.cylinders(desc) end
+
+---@class rt.cones_desc : rt.shape_desc
+---@field from rt.buffer|number[]|number[][] three numbers a cone
+---@field to rt.buffer|number[]|number[][]
+---@field radii? rt.buffer|number[] at `from`
+---@field radius? number one for all
+---@field to_radii? rt.buffer|number[] at `to`
+---@field to_radius? number one for all; 0, which is a tip, without both
+---@field colors? rt.buffer|number[]|number[][] multiply the material's
+---@field materials? rt.material[] one a cone
+
+---Many cones, or frusta, as one shape.
+---@param desc rt.cones_desc
+---@return rt.shape
+function rt.cones(desc) end
+
 ---@class rt.torus_desc : rt.shape_desc
 ---@field center rt.vec3
 ---@field axis rt.vec3

@@ -13,7 +13,7 @@
 #define RTI_MAX_PRIMS  (1u << 30)
 #define RTI_BLADES_MAX 64u
 
-/* Arrays of a mesh (or a geometry of many spheres), all in one block. Absent ones are NULL. Never changed once it is filled while there is
+/* Arrays of a mesh (or a geometry of many shapes), all in one block. Absent ones are NULL. Never changed once it is filled while there is
  * another reference: geometries of several scenes may share it. */
 typedef struct rti_mesh {
     atomic_uint refs;
@@ -169,6 +169,12 @@ rt_status rti_mesh_add(rt_scene *scene, const char *call, const rt_geometry_comm
  * common fields. common points into full. */
 rt_status rti_add_begin(rt_scene *scene, const char *call, const void *desc, void *full, uint32_t size,
                         const rt_geometry_common *common);
+/* Room for count shapes of a new geometry, all or nothing: *shapes is set on success alone (at least one place is there, count 0
+ * too), and all of them are zero. */
+rt_status rti_shapes_push(rt_scene *scene, const char *call, const rt_geometry_common *common, uint32_t count,
+                          rti_geometry **geometry, rtk_shape **shapes);
+/* The handle of the last geometry, for whoever wants it (NULL: nobody). */
+void rti_geometry_give(const rt_scene *scene, rt_geometry *geometry);
 
 /* ---- textures (texture_chunk.c) ---- */
 typedef struct rti_texels {

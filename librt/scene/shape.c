@@ -1,4 +1,4 @@
-/* Adding shapes: spheres (one and many), boxes, cylinders, cones, tori, planes. */
+/* Adding shapes one at a time: spheres, boxes, cylinders, cones, tori, planes. Many as one geometry: shape_many.c. */
 #include "scene.h"
 
 #include <math.h>
@@ -34,10 +34,8 @@ rt_status rti_add_begin(rt_scene *scene, const char *call, const void *desc, voi
     return status;
 }
 
-/* Room for count shapes of a new geometry, all or nothing: *shapes is set on success alone (at least one place is there, count 0
- * too). */
-static rt_status push_shapes(rt_scene *scene, const char *call, const rt_geometry_common *common, uint32_t count,
-                             rti_geometry **geometry, rtk_shape **shapes)
+rt_status rti_shapes_push(rt_scene *scene, const char *call, const rt_geometry_common *common, uint32_t count,
+                          rti_geometry **geometry, rtk_shape **shapes)
 {
     rt_status status;
     if (!rti_reserve(scene->ctx, &scene->shapes.data, &scene->shapes.capacity, scene->shapes.count, (size_t)count + 1,
@@ -55,7 +53,7 @@ static rt_status push_shapes(rt_scene *scene, const char *call, const rt_geometr
     return RT_OK;
 }
 
-static void give(const rt_scene *scene, rt_geometry *geometry)
+void rti_geometry_give(const rt_scene *scene, rt_geometry *geometry)
 {
     if (geometry)
         geometry->id = (uint32_t)(scene->geometries.count - 1);
@@ -66,11 +64,11 @@ static rt_status push_one(rt_scene *scene, const char *call, const rt_geometry_c
 {
     rti_geometry *g = NULL;
     rtk_shape *slot = NULL;
-    rt_status status = push_shapes(scene, call, common, 1, &g, &slot);
+    rt_status status = rti_shapes_push(scene, call, common, 1, &g, &slot);
     if (status != RT_OK)
         return status;
     *slot = *shape;
-    give(scene, geometry);
+    rti_geometry_give(scene, geometry);
     return RT_OK;
 }
 
@@ -99,74 +97,6 @@ rt_status rt_scene_add_sphere(rt_scene *scene, const rt_sphere_desc *desc, rt_ge
     put(shape.p, d.center);
     shape.p[3] = d.radius;
     return push_one(scene, call, &d.common, &shape, geometry);
-}
-
-rt_spheres_desc rt_spheres_desc_default(void)
-{
-    rt_spheres_desc d;
-    memset(&d, 0, sizeof d);
-    d.struct_size = sizeof d;
-    d.common = rti_common_default();
-    d.radius = 1.0f;
-    return d;
-}
-
-static rt_status check_spheres(const rt_scene *scene, const char *call, const rt_spheres_desc *d)
-{
-    rt_context *ctx = scene->ctx;
-    rt_status status;
-    if (d->count > 0 && !d->centers)
-        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: centers is NULL, but count is %u", call, d->count);
-    if (d->count > RTI_MAX_PRIMS)
-        return rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: count is %u; it must be at most %u", call, d->count, RTI_MAX_PRIMS);
-    if ((status = rti_check_floats(ctx, call, "centers", d->centers, d->count, 3, RTI_COORD_MAX)) != RT_OK)
-        return status;
-    if (!d->radii && (status = rti_check_positive(ctx, call, "radius", d->radius)) != RT_OK)
-        return status;
-    for (uint32_t i = 0; d->radii && i < d->count; i++) {
-        char field[32];
-        if (d->radii[i] > 0.0f && d->radii[i] <= RTI_COORD_MAX)
-            continue;
-        snprintf(field, sizeof field, "radii[%u]", i);
-        return rti_check_positive(ctx, call, field, d->radii[i]);
-    }
-    if (d->colors && (status = rti_check_floats(ctx, call, "colors", d->colors, d->count, 3, 1.0e6f)) != RT_OK)
-        return status;
-    return d->face_materials ? rti_check_materials(scene, call, "face_materials", d->face_materials, d->count) : RT_OK;
-}
-
-rt_status rt_scene_add_spheres(rt_scene *scene, const rt_spheres_desc *desc, rt_geometry *geometry)
-{
-    static const char call[] = "rt_scene_add_spheres";
-    rt_spheres_desc d = rt_spheres_desc_default();
-    rti_geometry *g = NULL;
-    rti_mesh *mesh = NULL;
-    rtk_shape *shapes = NULL;
-    rt_status status = rti_add_begin(scene, call, desc, &d, sizeof d, &d.common);
-    if (status == RT_OK)
-        status = check_spheres(scene, call, &d);
-    if (status == RT_OK && (d.colors || d.face_materials)) {
-        rti_mesh_want want = {.colors = d.colors ? d.count : 0, .materials = d.face_materials ? d.count : 0};
-        status = rti_mesh_make(scene->ctx, call, &want, &mesh);
-    }
-    if (status == RT_OK)
-        status = push_shapes(scene, call, &d.common, d.count, &g, &shapes);
-    if (status != RT_OK) {
-        rti_mesh_free(scene->ctx, mesh);
-        return status;
-    }
-    for (uint32_t i = 0; i < d.count; i++) {
-        memcpy(shapes[i].p, d.centers + 3 * (size_t)i, 3 * sizeof(float));
-        shapes[i].p[3] = d.radii ? d.radii[i] : d.radius;
-        shapes[i].prim = i;
-    }
-    if (mesh && mesh->colors)
-        memcpy(mesh->colors, d.colors, 3 * sizeof(float) * d.count);
-    if (mesh && mesh->materials)
-        memcpy(mesh->materials, d.face_materials, sizeof(uint32_t) * d.count);
-    g->mesh = mesh;
-    give(scene, geometry);
-    return RT_OK;
 }
 
 rt_box_desc rt_box_desc_default(void)
@@ -382,6 +312,6 @@ rt_status rt_scene_add_plane(rt_scene *scene, const rt_plane_desc *desc, rt_geom
     rti_fp_leave(env);
     plane->width = d.texture_size;
     plane->height = d.texture_height;
-    give(scene, geometry);
+    rti_geometry_give(scene, geometry);
     return RT_OK;
 }

@@ -33,6 +33,7 @@ local rt = {
   point_light = light.point, sphere_light = light.sphere, directional_light = light.directional,
   classic = material.classic, emissive = material.emissive, texture = material.texture,
   sphere = shapes.sphere, spheres = shapes.spheres, plane = shapes.plane, box = shapes.box, cylinder = shapes.cylinder, cone = shapes.cone,
+  cylinders = shapes.cylinders, cones = shapes.cones,
   torus = shapes.torus, mesh = mesh.mesh, polyhedron = mesh.polyhedron, group = mesh.group, instance = mesh.instance, motion = motion.join,
   -- values
   vec = vec.make, srgb = vec.srgb, transform = transform.make, translate = transform.translate, scale = transform.scale, rotate = transform.rotate,

@@ -186,13 +186,13 @@ function movers.add_mesh_file(a, b)
 end
 
 local function count_of(o)
-  local faces = o.faces or o.centers
+  local faces = o.faces or o.centers or o.from
   return o.add == "add_polyhedron" and #o.face_sizes or faces and #faces // 3
 end
 
 -- Shapes of arrays move only as instances.
 local function refuse_arrays(a, b, who)
-  local noun = a.add == "add_spheres" and "spheres" or "faces"
+  local noun = a.add:match "^add_(%l+s)$" or "faces"
   if count_of(a) ~= count_of(b) then
     check.fail("%s: it has %d %s when the shutter opens and %d when it closes; what moves keeps its %s", who, count_of(a), noun, count_of(b),
       noun)

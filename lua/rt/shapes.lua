@@ -81,16 +81,42 @@ shapes.torus = new("torus", "rt.torus { center = {0, 1, 0}, axis = {0, 1, 0}, ma
     end
   end)
 
-shapes.spheres = new("spheres", "rt.spheres { centers = buffer, radii = buffer }", { "centers" }, {
-  centers = arrays.floats(3), radii = arrays.floats(1), radius = positive, colors = arrays.floats(3), materials = arrays.materials,
-}, function(o, _, who)
+-- Many shapes as one: places, three numbers a shape, have so many as the arrays beside them.
+local function one_each(o, who, noun, places)
   if (o.radii == nil) == (o.radius == nil) then
-    check.fail("%s: give either radii, one a sphere, or radius, one for all", who)
+    check.fail("%s: give either radii, one a %s, or radius, one for all", who, noun)
   end
-  local count = #o.centers // 3
-  arrays.same_count(o, who, "radii", 1, count, "centers")
-  arrays.same_count(o, who, "colors", 3, count, "centers")
-  arrays.same_count(o, who, "materials", 1, count, "centers")
+  local count = #o[places] // 3
+  arrays.same_count(o, who, "radii", 1, count, places)
+  arrays.same_count(o, who, "colors", 3, count, places)
+  arrays.same_count(o, who, "materials", 1, count, places)
+  return count
+end
+
+local points, numbers = arrays.floats(3), arrays.floats(1)
+
+shapes.spheres = new("spheres", "rt.spheres { centers = buffer, radii = buffer }", { "centers" }, {
+  centers = points, radii = numbers, radius = positive, colors = points, materials = arrays.materials,
+}, function(o, _, who)
+  one_each(o, who, "sphere", "centers")
+end)
+
+shapes.cylinders = new("cylinders", "rt.cylinders { from = buffer, to = buffer, radius = 0.1 }", { "from", "to" }, {
+  from = points, to = points, radii = numbers, radius = positive, colors = points, materials = arrays.materials,
+}, function(o, _, who)
+  arrays.same_count(o, who, "to", 3, one_each(o, who, "cylinder", "from"), "from")
+end)
+
+shapes.cones = new("cones", "rt.cones { from = buffer, to = buffer, radii = buffer, to_radii = buffer }", { "from", "to" }, {
+  from = points, to = points, radii = numbers, radius = not_negative, to_radii = numbers, to_radius = not_negative, colors = points,
+  materials = arrays.materials,
+}, function(o, _, who)
+  local count = one_each(o, who, "cone", "from")
+  arrays.same_count(o, who, "to", 3, count, "from")
+  arrays.same_count(o, who, "to_radii", 1, count, "from")
+  if o.to_radii and o.to_radius then
+    check.fail("%s: give either to_radii, one a cone, or to_radius, one for all; 0 without both", who)
+  end
 end)
 
 return shapes

@@ -36,9 +36,9 @@ lists.LIBRARY_NAMES = { "coroutine", "io", "math", "os", "string", "table", "utf
 lists.MODULE = {
   version = true, build = true, scene = true, load_snapshot = true, render = true, camera = true, point_light = true, sphere_light = true,
   directional_light = true, classic = true, emissive = true, texture = true, sphere = true, spheres = true, plane = true, box = true, cylinder = true,
-  cone = true, torus = true, mesh = true, polyhedron = true, group = true, instance = true, vec = true, srgb = true, transform = true,
-  translate = true, scale = true, rotate = true, buffer = true, image = true, image_text = true, compare = true, random = true, contact_sheet = true,
-  label_size = true, color_map = true,
+  cylinders = true, cone = true, cones = true, torus = true, mesh = true, polyhedron = true, group = true, instance = true, vec = true, srgb = true,
+  transform = true, translate = true, scale = true, rotate = true, buffer = true, image = true, image_text = true, compare = true, random = true,
+  contact_sheet = true, label_size = true, color_map = true,
   animation = true, motion = true, keys = true, ease = true, quat = true, path = true, orbit = true, look_at = true, params = true,
   load = true, main = true, configure = true, machine = true, counts = true, drop_kept = true, integrators = true,
   tracers = true, settings = true, on_log = true,

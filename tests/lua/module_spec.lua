@@ -87,7 +87,7 @@ describe("the stub rt.d.lua", function()
 
   it("names every key of the constructors", function()
     for _, name in ipairs { "scene", "camera", "point_light", "sphere_light", "directional_light", "classic", "emissive", "texture", "sphere",
-      "spheres", "plane", "box", "cylinder", "cone", "torus", "mesh", "polyhedron", "group", "instance", "animation",
+      "spheres", "plane", "box", "cylinder", "cylinders", "cone", "cones", "torus", "mesh", "polyhedron", "group", "instance", "animation",
       "orbit", "contact_sheet", "sweep" } do
       assert.equal(sorted(keys_of(rt[name])), sorted(fields_of(name .. "_desc")), name)
     end

@@ -290,6 +290,24 @@ describe("shapes of arrays", function()
     assert.equal(1, hit(s, 3, 0).prim_id)
     assert.is_nil(hit(s, 3.7, 0))
   end)
+
+  it("are many cylinders and cones, with a colour each", function()
+    local ends = { from = { { 0, 0, 0 }, { 3, 0, 0 } }, to = { { 0, 2, 0 }, { 3, 2, 0 } }, colors = { { 1, 0, 0 }, { 0, 0, 1 } } }
+    local function with(more)
+      for key, value in pairs(ends) do
+        more[key] = value
+      end
+      return more
+    end
+    local rods, tips = rt.cylinders(with { radii = { 1, 0.5 } }), rt.cones(with { radius = 1, to_radii = { 0, 0.5 } })
+    assert.same({ 1, 0, 0 }, hit(rods, 0.9, 1).color)
+    assert.same({ 0, 0, 1 }, hit(rods, 3, 1).color)
+    assert.equal(1, hit(rods, 3.4, 1.9).prim_id)
+    assert.is_nil(hit(rods, 3.6, 1))
+    assert.equal(0, hit(tips, 0.4, 1).prim_id)
+    assert.is_nil(hit(tips, 0.6, 1))
+    assert.equal(1, hit(tips, 3.7, 1).prim_id)
+  end)
 end)
 
 describe("100,000 spheres", function()

@@ -184,6 +184,22 @@ RT_API rt_cone_desc rt_cone_desc_default(void);
 RT_API rt_status rt_scene_add_cylinder(rt_scene *scene, const rt_cone_desc *desc, rt_geometry *geometry);
 RT_API rt_status rt_scene_add_cone(rt_scene *scene, const rt_cone_desc *desc, rt_geometry *geometry);
 
+/** Many capped cylinders, or capped cone frusta, as one geometry (tubes, sticks, hairs): prim_id is the index. As many geometries of one take some
+ *  200 bytes more each, and longer to be added, committed and rendered. */
+typedef struct rt_cones_desc {
+    uint32_t struct_size;
+    rt_geometry_common common;
+    const float *from, *to;       /**< [3 count], the ends of each: distinct */
+    const float *radii0, *radii1; /**< [count] at `from` and at `to`, >= 0, not both 0; or NULL: radius0, radius1 for all. Cylinders take radii0, > 0 */
+    float radius0, radius1;
+    uint32_t count;
+    const float *colors;            /**< [3 count] linear, or NULL */
+    const uint32_t *face_materials; /**< [count] material ids, or NULL */
+} rt_cones_desc;
+RT_API rt_cones_desc rt_cones_desc_default(void);
+RT_API rt_status rt_scene_add_cylinders(rt_scene *scene, const rt_cones_desc *desc, rt_geometry *geometry);
+RT_API rt_status rt_scene_add_cones(rt_scene *scene, const rt_cones_desc *desc, rt_geometry *geometry);
+
 typedef struct rt_torus_desc {
     uint32_t struct_size;
     rt_geometry_common common;
@@ -428,7 +444,7 @@ typedef struct rt_surface {
     float u, v;        /**< texture coordinates after placement */
     rt_material material;
     uint32_t material_scene; /**< 0: material is of this scene; else 1 + index of the child's group */
-    uint32_t face_id;  /**< polyhedron: the face; mesh: the triangle; spheres: the index */
+    uint32_t face_id;  /**< polyhedron: the face; mesh: the triangle; many shapes as one: the index */
     uint32_t user_id, inst_user_id;
     rt_vec3 color;     /**< the material's colour with texture and vertex colour */
     float position_error; /**< bound of position's distance from the surface, for the start of rays that leave it */
