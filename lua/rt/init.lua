@@ -22,9 +22,15 @@ local ease = require "rt.ease"
 local keys = require "rt.keys"
 local path = require "rt.path"
 local quat = require "rt.quat"
-local sweep = require "rt.sweep"
 
 local version, build = core.version()
+
+-- A large part that few scripts need: loaded when it is called first.
+local function later(part, name)
+  return function(...)
+    return require("rt." .. part)[name](...)
+  end
+end
 
 local rt = {
   version = version, build = build,
@@ -38,14 +44,11 @@ local rt = {
   -- values
   vec = vec.make, srgb = vec.srgb, transform = transform.make, translate = transform.translate, scale = transform.scale, rotate = transform.rotate,
   buffer = core.buffer, image = image.new, image_text = image.text, compare = image.compare, color_map = image.color_map, random = core.random,
-  contact_sheet = require("rt.contact_sheet").make, label_size = draw.label_size,
-  report = function(...)
-    return require("rt.report").make(...) -- a large part that few scripts need
-  end,
+  contact_sheet = later("contact_sheet", "make"), label_size = draw.label_size, report = later("report", "make"),
   -- animation
   animation = animation.new, keys = keys.make, ease = ease.make, quat = quat.make, path = path.make, orbit = path.orbit, look_at = path.look_at,
   -- scripts
-  params = params.declare, load = load.load, main = load.main, sweep = sweep.sweep,
+  params = params.declare, load = load.load, main = load.main, sweep = later("sweep", "sweep"),
   -- the renderer
   configure = configure.configure, machine = configure.machine, counts = configure.counts, drop_kept = configure.drop_kept,
   integrators = core.integrators, tracers = core.tracers, settings = configure.settings,
