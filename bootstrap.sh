@@ -2,7 +2,7 @@
 # From a fresh clone to pictures, or to a passed test, in one command. No question is asked.
 #
 #   ./bootstrap.sh demo          install what is missing, build, render the scenes to out/      (about 5 minutes)
-#   ./bootstrap.sh test          install what is missing, build every variant, run every test   (about 20 minutes on 2 cores)
+#   ./bootstrap.sh test          install what is missing, build the variants, run every test    (about 18 minutes on 2 cores)
 #   ./bootstrap.sh test --full   the same with the long figures                                 (hours)
 #   ./bootstrap.sh build         install what is missing, build out-release
 #   ./bootstrap.sh packages      print what each of them would install

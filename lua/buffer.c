@@ -117,6 +117,27 @@ static int create(lua_State *L)
     return 1;
 }
 
+/* same_item(a, b, width): the first item, from 1, of `width` floats that is the same in both buffers of one length, or nil */
+static int same_item(lua_State *L)
+{
+    const rtl_buffer *a = check(L, 1), *b = check(L, 2);
+    const size_t width = (size_t)luaL_checkinteger(L, 3);
+    if (a->type != RTL_F32 || b->type != RTL_F32 || a->count != b->count || width == 0) {
+        return rtl_raise(L, "same_item needs two buffers of as many floats");
+    }
+    for (size_t i = 0; i + width <= a->count; i += width) {
+        size_t k = 0;
+        while (k < width && a->as.f32[i + k] == b->as.f32[i + k]) {
+            k++;
+        }
+        if (k == width) {
+            lua_pushinteger(L, (lua_Integer)(i / width) + 1);
+            return 1;
+        }
+    }
+    return 0;
+}
+
 static int index_of(lua_State *L)
 {
     rtl_buffer *b = check(L, 1);
@@ -209,7 +230,7 @@ void rtl_open_buffer(lua_State *L)
     static const luaL_Reg methods[] = {{"set", set},     {"get", get},   {"fill", fill},
                                        {"bytes", bytes}, {"type", type}, {NULL, NULL}};
     static const luaL_Reg meta[] = {{"__newindex", newindex}, {"__len", length}, {NULL, NULL}};
-    static const luaL_Reg functions[] = {{"buffer", create}, {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"buffer", create}, {"same_item", same_item}, {NULL, NULL}};
     rtl_class(L, RTL_BUFFER, methods, NULL, to_string);
     luaL_getmetatable(L, RTL_BUFFER);
     luaL_setfuncs(L, meta, 0);

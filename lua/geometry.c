@@ -157,10 +157,10 @@ static rt_cones_desc cones_of(lua_State *L, const char *what)
     d.common = common(L, d.common);
     d.count = points(L, "from", &d.from);
     d.to = floats(L, "to", d.count, 3, what);
-    d.radii0 = floats(L, "radii", d.count, 1, what);
+    d.radii = floats(L, "radii", d.count, 1, what);
     d.colors = floats(L, "colors", d.count, 3, what);
     d.face_materials = material_ids(L, d.count, what);
-    rtl_field_float(L, 2, "radius", &d.radius0);
+    rtl_field_float(L, 2, "radius", &d.radius);
     return d;
 }
 
@@ -179,8 +179,8 @@ static int cones(lua_State *L)
     rtl_context *c;
     rt_scene *scene = rtl_check_scene(L, 1, &c);
     rt_cones_desc d = cones_of(L, "cones");
-    d.radii1 = floats(L, "to_radii", d.count, 1, "cones");
-    rtl_field_float(L, 2, "to_radius", &d.radius1);
+    d.to_radii = floats(L, "to_radii", d.count, 1, "cones");
+    rtl_field_float(L, 2, "to_radius", &d.to_radius);
     rt_geometry id;
     rt_status status = rt_scene_add_cones(scene, &d, &id);
     return done(L, c, status, id);

@@ -568,11 +568,12 @@ function rt.cylinder(desc) end
 ---@return rt.shape
 function rt.cone(desc) end
 
+---Each is a list, which is copied, or a buffer, which is used as it is when the scene is made. Either radii or radius is given.
 ---@class rt.cylinders_desc : rt.shape_desc
----@field from rt.buffer|number[]|number[][] three numbers a cylinder
----@field to rt.buffer|number[]|number[][]
----@field radii? rt.buffer|number[]
----@field radius? number one for all
+---@field from rt.buffer|number[]|number[][] one end, three numbers a cylinder
+---@field to rt.buffer|number[]|number[][] the other, as many; another point than that of `from`
+---@field radii? rt.buffer|number[] one a cylinder, greater than 0
+---@field radius? number one for all, greater than 0
 ---@field colors? rt.buffer|number[]|number[][] multiply the material's
 ---@field materials? rt.material[] one a cylinder
 
@@ -581,13 +582,15 @@ function rt.cone(desc) end
 ---@return rt.shape
 function rt.cylinders(desc) end
 
+---Lists and buffers as those of rt.cylinders. Either radii or radius is given, and to_radii, to_radius or neither: then all end in tips. A cone's
+---two radii are at least 0, and not both 0.
 ---@class rt.cones_desc : rt.shape_desc
----@field from rt.buffer|number[]|number[][] three numbers a cone
----@field to rt.buffer|number[]|number[][]
----@field radii? rt.buffer|number[] at `from`
----@field radius? number one for all
----@field to_radii? rt.buffer|number[] at `to`
----@field to_radius? number one for all; 0, which is a tip, without both
+---@field from rt.buffer|number[]|number[][] one end, three numbers a cone
+---@field to rt.buffer|number[]|number[][] the other, as many; another point than that of `from`
+---@field radii? rt.buffer|number[] at `from`, one a cone
+---@field radius? number at `from`, one for all
+---@field to_radii? rt.buffer|number[] at `to`, one a cone
+---@field to_radius? number at `to`, one for all
 ---@field colors? rt.buffer|number[]|number[][] multiply the material's
 ---@field materials? rt.material[] one a cone
 

@@ -144,7 +144,7 @@ lint() {
 # What is left out where it would be shown twice. Clang: the program, the binding and the optional parts are GCC's, and the address sanitizer's
 # by Clang, so that here they are off; real meshes are the release's. Sanitizers: AVX2 beside generic where memory counts (its stores in eights
 # reach behind rows, those of AVX-512 go by masks) but for packets and pencils, AVX2's alone; generic alone where threads and readers do; of the
-# program, what more than its Lua does. Of both kinds of AVX-512 the better that the processor has is run, the other only compiled.
+# program and of sweeps, what more than their Lua does. Of both kinds of AVX-512 the better that the processor has is run, the other only compiled.
 seconds=1
 parts='-DLIBRT_LUA=OFF -DLIBRT_STB=OFF -DLIBRT_PNG=OFF -DLIBRT_MPI=OFF -DLIBRT_OPENCL=OFF' # Clang's
 release_less='\.gc$' # under the address sanitizer, where it tells more
@@ -243,7 +243,7 @@ if [ "$whole" = 1 ] && [ "$FULL" = 0 ]; then
 only test --full has: ten million rays of each mesh against brute force, 200,000 of each made scene (10,000 here, 1,000 but in release);
     ten million triangles; two minutes of fuzzing a reader (a second here); AVX-512 without VBMI2 where the processor has both, and with it
     over SIMDe where it has neither, and either under a sanitizer; 64-bit ARM (under qemu); every test and instruction set by Clang, with every optional part, and under each
-    sanitizer; the address sanitizer by GCC, and readers' replays under it; GCC with no optional part; clang-tidy
+    sanitizer; the address sanitizer by GCC, and readers' replays under it; GCC with no optional part, and its image hashes; clang-tidy
 WORDS
 fi
 printf 'in %d min %d s\n' $((($(now) - started) / 60)) $((($(now) - started) % 60))

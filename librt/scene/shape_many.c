@@ -1,6 +1,7 @@
 /* Adding many shapes of one kind as one geometry: spheres, cylinders, cones. */
 #include "scene.h"
 
+#include <stdio.h>
 #include <string.h>
 
 /* What each kind has beside its places and sizes. */
@@ -112,11 +113,11 @@ rt_cones_desc rt_cones_desc_default(void)
     memset(&d, 0, sizeof d);
     d.struct_size = sizeof d;
     d.common = rti_common_default();
-    d.radius0 = 1.0f;
+    d.radius = 1.0f;
     return d;
 }
 
-/* Cylinders and cones, each between two points that differ, and of cones no two radii are both 0. */
+/* Cylinders and cones, each between two points that differ; of a cone not both radii are 0. Cylinders have but one. */
 static rt_status check_cones(const rt_scene *scene, const char *call, const rt_cones_desc *d, bool pointed)
 {
     rt_context *ctx = scene->ctx;
@@ -124,16 +125,15 @@ static rt_status check_cones(const rt_scene *scene, const char *call, const rt_c
     if (status == RT_OK)
         status = check_count(ctx, call, "to", d->to, d->count);
     if (status == RT_OK)
-        status = check_radii(ctx, call, "radii0", d->radii0, d->count, "radius0", d->radius0, !pointed);
+        status = check_radii(ctx, call, "radii", d->radii, d->count, "radius", d->radius, !pointed);
     if (status == RT_OK && pointed)
-        status = check_radii(ctx, call, "radii1", d->radii1, d->count, "radius1", d->radius1, false);
+        status = check_radii(ctx, call, "to_radii", d->to_radii, d->count, "to_radius", d->to_radius, false);
     for (uint32_t i = 0; status == RT_OK && i < d->count; i++) {
         const float *a = d->from + 3 * (size_t)i, *b = d->to + 3 * (size_t)i;
-        const float r0 = d->radii0 ? d->radii0[i] : d->radius0, r1 = d->radii1 ? d->radii1[i] : d->radius1;
         if (a[0] == b[0] && a[1] == b[1] && a[2] == b[2])
             status = rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: from[%u] and to[%u] are the same point; they must differ", call, i, i);
-        else if (pointed && r0 == 0.0f && r1 == 0.0f)
-            status = rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: both radii of cone %u are 0; one of them must be greater", call, i);
+        else if (pointed && (d->radii ? d->radii[i] : d->radius) == 0.0f && (d->to_radii ? d->to_radii[i] : d->to_radius) == 0.0f)
+            status = rti_fail(ctx, RT_ERROR_ARGUMENT, "%s: cone [%u] has radius 0 at both ends; one must be greater", call, i);
     }
     return status;
 }
@@ -157,10 +157,10 @@ static rt_status add_cones(rt_scene *scene, const char *call, const rt_cones_des
         shapes[i].type = type;
         shapes[i].prim = i;
         memcpy(p, d.from + 3 * (size_t)i, 3 * sizeof(float));
-        p[3] = d.radii0 ? d.radii0[i] : d.radius0;
+        p[3] = d.radii ? d.radii[i] : d.radius;
         memcpy(p + 4, d.to + 3 * (size_t)i, 3 * sizeof(float));
         if (pointed)
-            p[7] = d.radii1 ? d.radii1[i] : d.radius1;
+            p[7] = d.to_radii ? d.to_radii[i] : d.to_radius;
     }
     return status;
 }

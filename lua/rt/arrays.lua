@@ -53,16 +53,18 @@ local function check_list(value, who, key)
   end
 end
 
--- A field of `width` finite numbers an item.
-function arrays.floats(width)
-  local number = check.number()
+-- A field of `width` finite numbers an item. range: as of check.number, for lists, low or above alone; what stands in a buffer is looked at when it
+-- is added.
+function arrays.floats(width, range)
+  range = range or {}
+  local number, least, most = check.number(range), range.low or range.above or -check.FLOAT_MAX, check.FLOAT_MAX
   return function(value, who, key)
     if not is_buffer(value) then
       check_list(value, who, key)
       local flat = flatten(value, width, who, key)
       for i = 1, #flat do
         local x = flat[i]
-        if not math_type(x) or x - x ~= 0 then -- no finite number: where it stands is not put into words before
+        if not (math_type(x) and x > least and x <= most) then -- where it stands is put into words for these alone
           number(x, who, ("%s[%d]"):format(key, i))
         end
       end

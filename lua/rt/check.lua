@@ -12,6 +12,7 @@ local function number(x)
   return words.number(x, "%g")
 end
 local FLOAT_MAX = 3.4028234e38
+check.FLOAT_MAX = FLOAT_MAX
 
 function check.fail(...)
   error(core.where() .. string.format(...), 0)

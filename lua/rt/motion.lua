@@ -190,6 +190,12 @@ local function count_of(o)
   return o.add == "add_polyhedron" and #o.face_sizes or faces and #faces // 3
 end
 
+-- What is a body's form, beside what it looks like.
+local FORM = {
+  vertices = true, faces = true, face_sizes = true, normals = true, centers = true, from = true, to = true, radii = true, radius = true,
+  to_radii = true, to_radius = true,
+}
+
 -- Shapes of arrays move only as instances.
 local function refuse_arrays(a, b, who)
   local noun = a.add:match "^add_(%l+s)$" or "faces"
@@ -197,8 +203,9 @@ local function refuse_arrays(a, b, who)
     check.fail("%s: it has %d %s when the shutter opens and %d when it closes; what moves keeps its %s", who, count_of(a), noun, count_of(b),
       noun)
   end
-  check.fail("%s: its numbers differ between the shutter's open and close; a body that changes its shape is not blurred, %s", who,
-    "one that moves is an rt.instance")
+  differing(a, b, FORM, who)
+  check.fail("%s: its %s differ between the shutter's open and close; a body of many numbers is not blurred, one that moves is an rt.instance", who,
+    noun == "faces" and "vertices or faces" or noun)
 end
 
 local function move_shape(a, b, who)
@@ -233,14 +240,16 @@ end
 local function move(a, b)
   local who = ("'%s'"):format(a.name)
   if noun_of(a) ~= noun_of(b) then
-    check.fail("%s: it is a %s when the shutter opens and a %s when it closes; what moves stays the same", who, noun_of(a), noun_of(b))
+    check.fail("%s: it is rt.%s when the shutter opens and rt.%s when it closes; what moves stays the same", who, noun_of(a), noun_of(b))
   elseif same(a, b) then
     return a
   elseif class.kind(a) == "instance" then
     return move_instance(a, b, who)
   end
-  local still = with(b, { material = a.material }) -- a material of the close is not seen
-  return same(a, still) and a or move_shape(a, b, who)
+  local still = with(b, {}) -- materials of the close are not seen
+  still.material = a.material
+  still.materials = a.materials and b.materials and #a.materials == #b.materials and a.materials or b.materials
+  return same(a, still) and a or move_shape(a, still, who)
 end
 
 -- The shapes and instances of a scene in the order of their ids, each once.

@@ -1,5 +1,6 @@
 -- The shapes of few numbers.
 
+local core = require "rt.core"
 local check = require "rt.check"
 local class = require "rt.class"
 local material = require "rt.material"
@@ -93,29 +94,40 @@ local function one_each(o, who, noun, places)
   return count
 end
 
-local points, numbers = arrays.floats(3), arrays.floats(1)
+-- Many bodies between two points each.
+local function between(o, who, noun)
+  local count = one_each(o, who, noun, "from")
+  arrays.same_count(o, who, "to", 3, count, "from")
+  local i = core.same_item(o.from, o.to, 3)
+  if i then
+    check.fail("%s: from and to of %s %d are the same point", who, noun, i)
+  end
+  return count
+end
+
+local points, above_zero, from_zero = arrays.floats(3), arrays.floats(1, { above = 0 }), arrays.floats(1, { low = 0 })
 
 shapes.spheres = new("spheres", "rt.spheres { centers = buffer, radii = buffer }", { "centers" }, {
-  centers = points, radii = numbers, radius = positive, colors = points, materials = arrays.materials,
+  centers = points, radii = above_zero, radius = positive, colors = points, materials = arrays.materials,
 }, function(o, _, who)
   one_each(o, who, "sphere", "centers")
 end)
 
 shapes.cylinders = new("cylinders", "rt.cylinders { from = buffer, to = buffer, radius = 0.1 }", { "from", "to" }, {
-  from = points, to = points, radii = numbers, radius = positive, colors = points, materials = arrays.materials,
+  from = points, to = points, radii = above_zero, radius = positive, colors = points, materials = arrays.materials,
 }, function(o, _, who)
-  arrays.same_count(o, who, "to", 3, one_each(o, who, "cylinder", "from"), "from")
+  between(o, who, "cylinder")
 end)
 
 shapes.cones = new("cones", "rt.cones { from = buffer, to = buffer, radii = buffer, to_radii = buffer }", { "from", "to" }, {
-  from = points, to = points, radii = numbers, radius = not_negative, to_radii = numbers, to_radius = not_negative, colors = points,
+  from = points, to = points, radii = from_zero, radius = not_negative, to_radii = from_zero, to_radius = not_negative, colors = points,
   materials = arrays.materials,
 }, function(o, _, who)
-  local count = one_each(o, who, "cone", "from")
-  arrays.same_count(o, who, "to", 3, count, "from")
-  arrays.same_count(o, who, "to_radii", 1, count, "from")
+  arrays.same_count(o, who, "to_radii", 1, between(o, who, "cone"), "from")
   if o.to_radii and o.to_radius then
     check.fail("%s: give either to_radii, one a cone, or to_radius, one for all; 0 without both", who)
+  elseif not o.radii and not o.to_radii and o.radius == 0 and (o.to_radius or 0) == 0 then
+    check.fail("%s: radius and to_radius are both 0", who)
   end
 end)
 

@@ -24,13 +24,7 @@ static const arrangement arrangements[] = {
 };
 
 /* Of arrangements, the first so many, but for costs. */
-#ifdef __SANITIZE_THREAD__
-#define LEFT_OUT 2
-#elif TEST_SANITIZED
-#define LEFT_OUT 1
-#else
-#define LEFT_OUT 0
-#endif
+#define LEFT_OUT (TEST_SANITIZED + TEST_RACES)
 
 static void fail(const rt_context *context, const char *what)
 {

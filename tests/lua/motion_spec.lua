@@ -141,7 +141,7 @@ describe("rt.motion", function()
       return rt.motion(rt.scene { a }, rt.scene { b }), nil
     end
     raises("rt.motion: the second argument must be a scene; got 7", function() return rt.motion(rt.scene {}, 7), nil end)
-    raises("'x': it is a sphere when the shutter opens and a box when it closes; what moves stays the same", function()
+    raises("'x': it is rt.sphere when the shutter opens and rt.box when it closes; what moves stays the same", function()
       return two(ball { name = "x" }, rt.box { low = { 0, 0, 0 }, high = { 1, 1, 1 }, name = "x" })
     end)
     raises("the name 'x' stands for 1 objects when the shutter opens and for 2 when it closes; what is to move needs a name of its own", function()
@@ -155,9 +155,24 @@ describe("rt.motion", function()
     raises("'m': it has 2 faces when the shutter opens and 1 when it closes; what moves keeps its faces", function()
       return two(mesh(2, 0), mesh(1, 0))
     end)
-    raises("'m': its numbers differ between the shutter's open and close; a body that changes its shape is not blurred, "
+    raises("'m': its vertices or faces differ between the shutter's open and close; a body of many numbers is not blurred, "
       .. "one that moves is an rt.instance", function() return two(mesh(2, 0), mesh(2, 1)) end)
     assert.equal(0, two(mesh(2, 0), mesh(2, 0)):info().moving_instances)
+    local function rods(x, more)
+      more = more or {}
+      more.from, more.to, more.radius, more.name = { 0, 0, x }, { 0, 1, 0 }, 1, "r"
+      return rt.cylinders(more)
+    end
+    raises("'r': its cylinders differ between the shutter's open and close; a body of many numbers is not blurred, one that moves is an rt.instance",
+      function() return two(rods(0), rods(1)) end)
+    raises("'r': its colors differs between the shutter's open and close; a body may move there, not change", function()
+      return two(rods(0, { colors = { 1, 0, 0 } }), rods(1, { colors = { 1, 1, 0 } }))
+    end)
+    local red, blue = rt.classic { color = { 1, 0, 0 } }, rt.classic { color = { 0, 0, 1 } }
+    assert.equal(0, two(rods(0, { materials = { red } }), rods(0, { materials = { blue } })):info().moving_instances)
+    assert.equal(0, two(rods(0), rods(0, { material = red })):info().moving_instances)
+    assert.equal(1, two(rt.instance { rods(0), name = "i" }, rt.instance { rods(0), transform = rt.translate(1, 0, 0), name = "i" }):info()
+      .moving_instances)
   end)
 
   it("serves an animation with a shutter", function()

@@ -13,6 +13,18 @@
 #define TEST_SANITIZED 0
 #endif
 
+/* Is it the one of threads, who looks for races? */
+#if defined(__SANITIZE_THREAD__)
+#define TEST_RACES 1
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define TEST_RACES 1
+#endif
+#endif
+#ifndef TEST_RACES
+#define TEST_RACES 0
+#endif
+
 /* n; under a sanitizer, which is ten times slower and looks at accesses, not at numbers, a tenth of it. */
 #define TEST_MANY(n) (TEST_SANITIZED ? (n) / 10 : (n))
 

@@ -2,6 +2,7 @@
 #include <stdatomic.h>
 #include <unistd.h>
 
+#include "../support/many.h"
 #include "render_stage.h"
 
 typedef struct meter {
@@ -237,7 +238,7 @@ int main(void)
         IN_ROOM(test_short_queues),           IN_ROOM(test_bands),
         IN_ROOM(test_progress_within_a_tile), IN_ROOM(test_bands_beyond_the_memory),
     };
-#ifdef __SANITIZE_THREAD__
+#if TEST_RACES
     cmocka_set_skip_filter("test_bands_beyond_the_memory"); /* work of one thread */
 #endif
     return cmocka_run_group_tests(tests, NULL, NULL);

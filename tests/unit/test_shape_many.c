@@ -81,8 +81,8 @@ static rt_status add_many(rt_scene *scene, const bodies *b, uint32_t kind, bool 
     s.centers = c.from = b->from;
     c.to = b->to;
     s.radii = radii;
-    c.radii0 = kind == CYLINDERS ? radii : b->radii0;
-    c.radii1 = b->radii1;
+    c.radii = kind == CYLINDERS ? radii : b->radii0;
+    c.to_radii = b->radii1;
     s.count = c.count = COUNT;
     s.face_materials = c.face_materials = b->materials;
     s.colors = c.colors = colors ? b->colors : NULL;
@@ -185,7 +185,7 @@ static void test_defaults(void **state)
     d.to = to;
     d.count = 2;
     d.colors = colors;
-    d.radius0 = 0.5f;
+    d.radius = 0.5f;
     d.common.material.id = 1;
     kit_ok(ctx, rt_scene_add_cones(scene, &d, NULL));
     kit_commit(scene);
@@ -221,20 +221,22 @@ static void test_refusals(void **state)
     d.to = to;
     KIT_REFUSED(ctx, rt_scene_add_cylinders(scene, &d, NULL), "from[1] and to[1] are the same point; they must differ");
     to[4] = 2;
-    d.radii0 = radii;
-    KIT_REFUSED(ctx, rt_scene_add_cylinders(scene, &d, NULL), "radii0[1] is -2; it must be greater than 0");
-    KIT_REFUSED(ctx, rt_scene_add_cones(scene, &d, NULL), "radii0[1] is -2; it must be from 0 to ");
+    d.radii = radii;
+    KIT_REFUSED(ctx, rt_scene_add_cylinders(scene, &d, NULL), "radii[1] is -2; it must be greater than 0");
+    KIT_REFUSED(ctx, rt_scene_add_cones(scene, &d, NULL), "radii[1] is -2; it must be from 0 to ");
     radii[1] = 0;
-    KIT_REFUSED(ctx, rt_scene_add_cylinders(scene, &d, NULL), "radii0[1] is 0; it must be greater than 0");
-    KIT_REFUSED(ctx, rt_scene_add_cones(scene, &d, NULL), "both radii of cone 1 are 0; one of them must be greater");
-    d.radii0 = NULL;
-    d.radius0 = NAN;
-    KIT_REFUSED(ctx, rt_scene_add_cones(scene, &d, NULL), "radius0 is nan");
-    d.radius0 = 1;
-    d.radius1 = INFINITY;
-    KIT_REFUSED(ctx, rt_scene_add_cones(scene, &d, NULL), "radius1 is inf");
-    kit_ok(ctx, rt_scene_add_cylinders(scene, &d, NULL)); /* which have no such */
-    d.radius1 = 0;
+    KIT_REFUSED(ctx, rt_scene_add_cylinders(scene, &d, NULL), "radii[1] is 0; it must be greater than 0");
+    KIT_REFUSED(ctx, rt_scene_add_cones(scene, &d, NULL), "cone [1] has radius 0 at both ends; one must be greater");
+    d.radii = NULL;
+    d.radius = NAN;
+    KIT_REFUSED(ctx, rt_scene_add_cones(scene, &d, NULL), "radius is nan");
+    d.radius = 1;
+    d.to_radius = INFINITY;
+    KIT_REFUSED(ctx, rt_scene_add_cones(scene, &d, NULL), "to_radius is inf");
+    d.to_radii = (const float *)16; /* cylinders have no such, and do not look */
+    kit_ok(ctx, rt_scene_add_cylinders(scene, &d, NULL));
+    d.to_radii = NULL;
+    d.to_radius = 0;
     d.face_materials = ids;
     KIT_REFUSED(ctx, rt_scene_add_cones(scene, &d, NULL), "face_materials[1] is 4");
     d.face_materials = NULL;

@@ -189,14 +189,17 @@ RT_API rt_status rt_scene_add_cone(rt_scene *scene, const rt_cone_desc *desc, rt
 typedef struct rt_cones_desc {
     uint32_t struct_size;
     rt_geometry_common common;
-    const float *from, *to;       /**< [3 count], the ends of each: distinct */
-    const float *radii0, *radii1; /**< [count] at `from` and at `to`, >= 0, not both 0; or NULL: radius0, radius1 for all. Cylinders take radii0, > 0 */
-    float radius0, radius1;
-    uint32_t count;
-    const float *colors;            /**< [3 count] linear, or NULL */
-    const uint32_t *face_materials; /**< [count] material ids, or NULL */
+    const float *from, *to; /**< [3 count], the ends of each: distinct, coordinates from -1e12 to 1e12 */
+    const float *radii;     /**< [count] at `from`, up to 1e12, or NULL: `radius` for all. Cylinders' are > 0, cones' >= 0 */
+    const float *to_radii;  /**< [count] cones' at `to`, >= 0, or NULL: `to_radius` for all. Not read for cylinders. Of a cone one of both is > 0 */
+    float radius, to_radius;
+    uint32_t count;                 /**< at most 2^30 */
+    const float *colors;            /**< [3 count] linear, from -1e6 to 1e6, or NULL */
+    const uint32_t *face_materials; /**< [count] material ids, or NULL: common.material */
 } rt_cones_desc;
 RT_API rt_cones_desc rt_cones_desc_default(void);
+/** Errors ARGUMENT (an array or number out of its range, which the sentence names, elements from 0), STATE (a scene from a file), MEMORY; the scene
+ *  stays as it was. Threads one editor. Owner: all arrays are copied. */
 RT_API rt_status rt_scene_add_cylinders(rt_scene *scene, const rt_cones_desc *desc, rt_geometry *geometry);
 RT_API rt_status rt_scene_add_cones(rt_scene *scene, const rt_cones_desc *desc, rt_geometry *geometry);
 
