@@ -42,12 +42,12 @@ void rti_free(rt_context *ctx, void *ptr, size_t size); /* NULL is fine */
 void *rti_room_take(rt_context *ctx, size_t size, bool *used);
 void rti_room_give(rt_context *ctx, void *room, size_t size); /* NULL is fine */
 /* Blocks that renders need again and again: the working memory of workers (as many are kept as the context has workers) and
- * pixels (those of one picture), of RTI_KEPT_LEAST to RTI_KEPT_MOST bytes. take: any content; NULL as rti_alloc; used: its
- * pages are there already. Any thread. */
+ * pixels (those of one picture), of RTI_KEPT_LEAST to RTI_KEPT_MOST bytes. take: any content; NULL as rti_alloc; *size becomes
+ * that of a larger one that is kept, up to `most` where memory is not limited; used: its pages are there already. Any thread. */
 enum { RTI_KEPT_WORK = 0, RTI_KEPT_PICTURE };
 #define RTI_KEPT_LEAST ((size_t)1 << 20)
 #define RTI_KEPT_MOST  ((size_t)256 << 20)
-void *rti_kept_take(rt_context *ctx, uint32_t kind, size_t size, bool *used);
+void *rti_kept_take(rt_context *ctx, uint32_t kind, size_t *size, size_t most, bool *used);
 void rti_kept_give(rt_context *ctx, uint32_t kind, void *block, size_t size); /* NULL is fine; size as it was taken */
 
 /* Growing array: used by `rti_array_push`-style code: makes room for `more` further items; doubles. false: no memory. */

@@ -42,18 +42,22 @@ static bool drop(rt_context *ctx, size_t *block)
     return block != NULL;
 }
 
-void *rti_kept_take(rt_context *ctx, uint32_t kind, size_t size, bool *used)
+void *rti_kept_take(rt_context *ctx, uint32_t kind, size_t *size, size_t most, bool *used)
 {
     uint32_t first, count = places(ctx, kind, &first);
+    if (ctx->memory_limit != 0)
+        most = *size;
     *used = false;
     for (uint32_t i = first; i < first + count; i++) {
         size_t *block = atomic_load_explicit(&ctx->kept[i], memory_order_relaxed) ? atomic_exchange(&ctx->kept[i], NULL) : NULL;
-        *used = block && *block == size;
-        if (*used)
+        *used = block && *block >= *size && *block <= most;
+        if (*used) {
+            *size = *block;
             return block;
+        }
         drop(ctx, block);
     }
-    return rti_alloc(ctx, size);
+    return rti_alloc(ctx, *size);
 }
 
 void rti_kept_give(rt_context *ctx, uint32_t kind, void *block, size_t size)

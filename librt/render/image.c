@@ -92,7 +92,7 @@ rt_status rti_image_make(rt_context *ctx, uint32_t width, uint32_t height, uint3
     if (!made)
         return rti_fail_memory(ctx, what, sizeof *made);
     made->size = (size_t)bytes;
-    made->pixels = rti_kept_take(ctx, RTI_KEPT_PICTURE, made->size, &used);
+    made->pixels = rti_kept_take(ctx, RTI_KEPT_PICTURE, &made->size, made->size, &used);
     if (!made->pixels) {
         rti_free(ctx, made, sizeof *made);
         return rti_fail_memory(ctx, what, (size_t)bytes);

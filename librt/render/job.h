@@ -24,7 +24,8 @@ typedef struct rti_job_share {
 typedef struct rti_job_worker {
     rti_worker wave;
     struct rt_job *job;
-    void *scratch;                             /* scratch_size bytes of rti_kept_take */
+    void *scratch;                             /* of rti_kept_take, */
+    size_t held;                               /* so many bytes */
     uint32_t role;                             /* index of this worker */
     uint32_t static_next;                      /* RT_SCHEDULE_STATIC: its next tile */
     uint32_t untold[RTI_UNTOLD], untold_count; /* finished tiles that the job has not heard of */
@@ -79,7 +80,6 @@ struct rt_job {
 
     rti_job_worker *workers;
     uint32_t worker_count;
-    size_t scratch_size;
     uint32_t *finished; /* [tile_count] in the order of finishing */
 
     atomic_uint next_tile, next_role;

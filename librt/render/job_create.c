@@ -80,8 +80,10 @@ static rt_status make_image(rt_job *job)
 
 static rt_status make_workers(rt_job *job)
 {
-    uint32_t n = job->frame.set.desc.workers;
-    job->scratch_size = rti_worker_size(&job->frame);
+    const uint32_t n = job->frame.set.desc.workers;
+    const size_t size = rti_worker_size(&job->frame);
+    /* Tiles' and integrators' differ by some: renders that alternate would have all of it cleared each time. */
+    const size_t most = job->frame.set.desc.memory_limit != 0 ? size : size + size / 2;
     job->workers = rti_alloc_zero(job->ctx, n * sizeof *job->workers);
     if (!job->workers)
         return rti_fail_memory(job->ctx, "the workers of a render", n * sizeof *job->workers);
@@ -90,9 +92,10 @@ static rt_status make_workers(rt_job *job)
         bool used;
         job->workers[i].job = job;
         job->workers[i].role = job->workers[i].static_next = i;
-        job->workers[i].scratch = rti_kept_take(job->ctx, RTI_KEPT_WORK, job->scratch_size, &used);
+        job->workers[i].held = size;
+        job->workers[i].scratch = rti_kept_take(job->ctx, RTI_KEPT_WORK, &job->workers[i].held, most, &used);
         if (!job->workers[i].scratch)
-            return rti_fail_memory(job->ctx, "the workers' rays", n * job->scratch_size);
+            return rti_fail_memory(job->ctx, "the workers' rays", n * size);
     }
     job->finished = rti_alloc_array(job->ctx, job->frame.tile_count, sizeof *job->finished);
     if (!job->finished)
@@ -251,7 +254,7 @@ void rt_job_destroy(rt_job *job)
     rti_keeper_free(job);
     rti_free(job->ctx, job->finished, job->frame.tile_count * sizeof *job->finished);
     for (uint32_t i = 0; i < job->worker_count; i++)
-        rti_kept_give(job->ctx, RTI_KEPT_WORK, job->workers[i].scratch, job->scratch_size);
+        rti_kept_give(job->ctx, RTI_KEPT_WORK, job->workers[i].scratch, job->workers[i].held);
     rti_free(job->ctx, job->workers, job->worker_count * sizeof *job->workers);
     rti_free(job->ctx, job->light_of_geom, job->geom_count * sizeof *job->light_of_geom);
     rti_snapshot_release(job->snapshot);

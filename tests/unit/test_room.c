@@ -295,11 +295,53 @@ static void test_order(void **state)
     assert_int_equal(again, 0);
 }
 
+static uint64_t memory_behind(rt_scene *scene, const rt_render_desc *d)
+{
+    rt_context *ctx = rt_scene_context(scene);
+    rt_image *image = NULL;
+    uint64_t now;
+    kit_ok(ctx, rt_render(scene, d, &image));
+    rt_image_destroy(image);
+    rt_context_memory(ctx, &now, NULL);
+    return now;
+}
+
+/* What a render's workers leave serves one that takes less, unless memory is limited. */
+static void test_smaller(void **state)
+{
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *scene = scatter(ctx, 3);
+    rt_render_desc d = rt_render_desc_default();
+    uint64_t large, small;
+    (void)state;
+    d.width = 300;
+    d.height = 200;
+    d.samples = d.workers = 1;
+    d.tile = 16;
+    d.integrator = "whitted";
+    small = memory_behind(scene, &d);
+    d.integrator = "path";
+    large = memory_behind(scene, &d);
+    assert_true(large > small + (1 << 20));
+    d.integrator = "whitted";
+    assert_int_equal(memory_behind(scene, &d), large);
+    d.tile = 8;
+    assert_int_equal(memory_behind(scene, &d), large);
+    d.memory_limit = rt_render_memory(scene, &d);
+    assert_true(memory_behind(scene, &d) + (1 << 20) < large);
+    d.memory_limit = 0;
+    d.tile = 16;
+    d.integrator = "path";
+    assert_int_equal(memory_behind(scene, &d), large);
+    rt_scene_destroy(scene);
+    rt_context_destroy(ctx);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_without), cmocka_unit_test(test_kept),
-                                       cmocka_unit_test(test_dropped), cmocka_unit_test(test_pictures),
-                                       cmocka_unit_test(test_workers), cmocka_unit_test(test_machine),
-                                       cmocka_unit_test(test_order)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_smaller),  cmocka_unit_test(test_without),
+                                       cmocka_unit_test(test_kept),     cmocka_unit_test(test_dropped),
+                                       cmocka_unit_test(test_pictures), cmocka_unit_test(test_workers),
+                                       cmocka_unit_test(test_machine),  cmocka_unit_test(test_order)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
