@@ -151,6 +151,7 @@ typedef struct rt_spheres_desc {
     const uint32_t *face_materials; /**< [count] material ids, or NULL */
 } rt_spheres_desc;
 RT_API rt_spheres_desc rt_spheres_desc_default(void);
+/** Ranges, errors, threads and owner as of rt_scene_add_cylinders. */
 RT_API rt_status rt_scene_add_spheres(rt_scene *scene, const rt_spheres_desc *desc, rt_geometry *geometry);
 
 /** Infinite plane, two-sided. A texture stands in the plane with its lower left corner at `point`, `texture_size` units wide (and as high as the image's
