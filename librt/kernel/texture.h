@@ -52,21 +52,17 @@ RTK_FN void rtk_texel(rtk_texture tex, rtk_u32 level, rtk_u32 x, rtk_u32 y, floa
 RTK_FN float rtk_texture_wrap(float x, rtk_u32 flags)
 {
     float w = flags & RTK_TEX_CLAMP ? rtk_clamp(x, 0.0f, 1.0f) : x - rtk_floor(x);
-    return w >= 0.0f && w <= 1.0f ? w : 0.0f;
+    return (w >= 0.0f) & (w <= 1.0f) ? w : 0.0f;
 }
 
 /* Texel below or left of x (in texels, half-texel shifted) and its neighbour, with the weight of the neighbour. */
 RTK_FN float rtk_texture_pair(float x, rtk_u32 size, rtk_u32 flags, rtk_u32 *i0, rtk_u32 *i1)
 {
     float low = rtk_floor(x), weight = x - low;
-    rtk_i32 i = (rtk_i32)low, last = (rtk_i32)size - 1;
-    if (flags & RTK_TEX_CLAMP) {
-        *i0 = (rtk_u32)(i < 0 ? 0 : (i > last ? last : i));
-        *i1 = (rtk_u32)(i + 1 > last ? last : i + 1);
-    } else {
-        *i0 = (rtk_u32)(i < 0 || i > last ? last : i);
-        *i1 = (rtk_u32)(i + 1 > last || i + 1 < 0 ? 0 : i + 1);
-    }
+    rtk_i32 i = (rtk_i32)low, next = i + 1, last = (rtk_i32)size - 1;
+    rtk_i32 before = flags & RTK_TEX_CLAMP ? 0 : last, behind = last - before;
+    *i0 = (rtk_u32)(i < 0 ? before : (i > last ? last : i));
+    *i1 = (rtk_u32)((next > last) | (next < 0) ? behind : next);
     return weight;
 }
 
@@ -100,11 +96,9 @@ RTK_FN void rtk_texture_nearest(rtk_texture tex, float u, float v, float rgba[4]
 RTK_FN float rtk_texture_level(rtk_texture tex, float footprint)
 {
     float texels = footprint * rtk_sqrt((float)tex.head->width * (float)tex.head->height);
-    rtk_u32 bits;
-    if (!(texels > 1.0f))
-        return 0.0f;
-    bits = rtk_bits(rtk_min(texels, 1.0e9f));
-    return (float)((rtk_i32)(bits >> 23) - 127) + (float)(bits & 0x7fffffu) / 8388608.0f;
+    rtk_u32 bits = rtk_bits(rtk_min(texels, 1.0e9f));
+    float level = (float)((rtk_i32)(bits >> 23) - 127) + (float)(rtk_i32)(bits & 0x7fffffu) / 8388608.0f;
+    return texels > 1.0f ? level : 0.0f;
 }
 
 /* Colour (linear) and alpha at (u, v). */

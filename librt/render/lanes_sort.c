@@ -288,18 +288,6 @@ static void plain_colors(const rtk_scene *scene, rti_sheaf *c)
     }
 }
 
-static void texture_colors(const rtk_scene *scene, rti_sheaf *c)
-{
-    for (uint32_t k = 0; k < c->count; k++) {
-        const rtk_material *m = &scene->materials[c->material[k]];
-        float rgba[4];
-        rtk_texture_sample(scene->textures[m->color_tex], c->tu[k], c->tv[k], c->footprint[k] * c->uv_scale[k], rgba);
-        c->cr[k] *= rgba[0];
-        c->cg[k] *= rgba[1];
-        c->cb[k] *= rgba[2];
-    }
-}
-
 RTI_LANES_FN static void misses(rti_worker *w, const rti_sheaf *c)
 {
     const rtk_scene *scene = w->frame->scene;
@@ -344,7 +332,7 @@ static void hits(rti_worker *w, rti_sheaf *c, rti_sheaf_fn then)
     if (c->material_kind != RTI_LOOK_EMISSIVE)
         plain_colors(scene, c);
     if (c->material_kind >= RTI_LOOK_TEXTURED)
-        texture_colors(scene, c);
+        RTI_ISA_FN(rti_lanes_texture)(scene, c);
     then(w, c);
     if (w->lit_count + RTK_BLOCK > w->lit_most)
         w->frame->set.integrator->light(w);

@@ -1,0 +1,195 @@
+/* Colours of textures at sixteen hits: rtk_texture_sample of kernel/texture.h over rows, texture after texture, of which a sheaf
+ * mostly has one. Where texels stand is found in vectors, they are fetched one by one (three in four come from the table of sRGB,
+ * and gathers are no faster), and mixed in vectors. Alpha is not asked for. */
+#include "lanes.h"
+#include "lanes_rows.h"
+#include "lanes_table.h"
+
+#include "../kernel/texture.h"
+
+/* Of each lane's place along one side of a level, as rtk_texture_pair has it. */
+typedef struct pair {
+    uint32_t low[RTK_BLOCK] RTI_ROW, high[RTK_BLOCK] RTI_ROW;
+    float weight[RTK_BLOCK] RTI_ROW;
+} pair;
+
+typedef struct colors {
+    float row[3][RTK_BLOCK] RTI_ROW;
+} colors;
+
+/* Each lane's finer level, and the coarser one's weight. */
+RTI_LANES_FN static void levels(rtk_texture tex, const rti_sheaf *c, uint32_t *level, float *weight)
+{
+    const float last = (float)(tex.head->level_count - 1u);
+    RTI_EACH_LANE(k)
+    {
+        const float at = rtk_min(rtk_texture_level(tex, c->footprint[k] * c->uv_scale[k]), last);
+        const int32_t low = (int32_t)at; /* few: signed ones are vectors everywhere */
+        level[k] = (uint32_t)low;
+        weight[k] = at - (float)low;
+    }
+}
+
+/* Of coordinates along one side. */
+RTI_LANES_FN static void pairs(uint32_t side, uint32_t flags, const uint32_t *level, const float *at, pair *p)
+{
+    float within[RTK_BLOCK] RTI_ROW;
+    RTI_EACH_LANE(k)
+    within[k] = rtk_texture_wrap(at[k], flags);
+    RTI_EACH_LANE(k)
+    {
+        const uint32_t size = rtk_level_size(side, level[k]);
+        p->weight[k] = rtk_texture_pair(within[k] * (float)(int32_t)size - 0.5f, size, flags, &p->low[k], &p->high[k]);
+    }
+}
+
+RTI_LANES_FN static void places(uint32_t width, const uint32_t *level, const pair *x, const pair *y, uint32_t at[4][RTK_BLOCK])
+{
+    RTI_EACH_LANE(k)
+    {
+        const uint32_t w = rtk_level_size(width, level[k]);
+        at[0][k] = rtk_texel_index(w, x->low[k], y->low[k]);
+        at[1][k] = rtk_texel_index(w, x->high[k], y->low[k]);
+        at[2][k] = rtk_texel_index(w, x->low[k], y->high[k]);
+        at[3][k] = rtk_texel_index(w, x->high[k], y->high[k]);
+    }
+}
+
+/* Bytes of texels, as rtk_texel decodes them. */
+static void decode(const rtk_u8 *texel, colors *out)
+{
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        for (uint32_t i = 0; i < 3; i++)
+            out->row[i][k] = rtk_srgb_table[texel[4 * k + i]];
+}
+
+RTI_LANES_FN static void scale(const rtk_u8 *texel, colors *out)
+{
+    for (uint32_t i = 0; i < 3; i++) {
+        RTI_EACH_LANE_INNER(k)
+        out->row[i][k] = (float)texel[4 * k + i] / 255.0f;
+    }
+}
+
+/* What stands at places of a level: floats, */
+static void fetch_floats(rtk_texture tex, const uint32_t *level, uint32_t at[4][RTK_BLOCK], colors four[4])
+{
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const rtk_u8 *base = (const rtk_u8 *)tex.head + tex.head->off_level[level[k]];
+        for (uint32_t j = 0; j < 4; j++) {
+            const float *f = (const float *)(const void *)base + 4 * (size_t)at[j][k];
+            for (uint32_t i = 0; i < 3; i++)
+                four[j].row[i][k] = f[i];
+        }
+    }
+}
+
+/* or bytes, which are loaded all before one is asked for. */
+static void fetch_bytes(rtk_texture tex, const uint32_t *level, uint32_t at[4][RTK_BLOCK], colors four[4])
+{
+    rtk_u8 texel[4][4 * RTK_BLOCK] RTI_ROW;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        const rtk_u8 *base = (const rtk_u8 *)tex.head + tex.head->off_level[level[k]];
+        for (uint32_t j = 0; j < 4; j++)
+            memcpy(&texel[j][4 * k], base + 4 * (size_t)at[j][k], 4);
+    }
+    if (tex.head->flags & RTK_TEX_SRGB) {
+        for (uint32_t j = 0; j < 4; j++)
+            decode(texel[j], &four[j]);
+    } else {
+        for (uint32_t j = 0; j < 4; j++)
+            scale(texel[j], &four[j]);
+    }
+}
+
+RTI_LANES_FN static void mix(const float *fx, const float *fy, const colors four[4], colors *out)
+{
+    for (uint32_t i = 0; i < 3; i++) {
+        RTI_EACH_LANE_INNER(k)
+        {
+            const float a = four[0].row[i][k], b = four[1].row[i][k], c = four[2].row[i][k], d = four[3].row[i][k];
+            const float lo = a + fx[k] * (b - a), hi = c + fx[k] * (d - c);
+            out->row[i][k] = lo + fy[k] * (hi - lo);
+        }
+    }
+}
+
+static void bilinear(rtk_texture tex, const rti_sheaf *c, const uint32_t *level, colors *out)
+{
+    uint32_t at[4][RTK_BLOCK] RTI_ROW; /* of the four around a place, in the order of rtk_texture_bilinear */
+    colors four[4];
+    pair x, y;
+    pairs(tex.head->width, tex.head->flags, level, c->tu, &x);
+    pairs(tex.head->height, tex.head->flags, level, c->tv, &y);
+    places(tex.head->width, level, &x, &y, at);
+    if (tex.head->flags & RTK_TEX_FLOAT)
+        fetch_floats(tex, level, at, four);
+    else
+        fetch_bytes(tex, level, at, four);
+    mix(x.weight, y.weight, four, out);
+}
+
+/* The coarser level's colours into the finer one's, where they have a weight. */
+RTI_LANES_FN static void blend(colors *fine, const colors *coarse, const float *weight)
+{
+    for (uint32_t i = 0; i < 3; i++) {
+        RTI_EACH_LANE_INNER(k)
+        {
+            const float at = fine->row[i][k], both = at + weight[k] * (coarse->row[i][k] - at);
+            fine->row[i][k] = weight[k] > 0.0f ? both : at;
+        }
+    }
+}
+
+static void filtered(rtk_texture tex, const rti_sheaf *c, colors *out)
+{
+    const uint32_t last = tex.head->level_count - 1u;
+    uint32_t level[RTK_BLOCK] RTI_ROW, between = 0;
+    float weight[RTK_BLOCK] RTI_ROW;
+    colors coarse;
+    levels(tex, c, level, weight);
+    bilinear(tex, c, level, out);
+    RTI_EACH_LANE(k)
+    between |= (uint32_t)(weight[k] > 0.0f);
+    if (between == 0)
+        return;
+    RTI_EACH_LANE(k)
+    level[k] = level[k] < last ? level[k] + 1u : last;
+    bilinear(tex, c, level, &coarse);
+    blend(out, &coarse, weight);
+}
+
+static void nearest(rtk_texture tex, const rti_sheaf *c, colors *out)
+{
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+        float rgba[4];
+        rtk_texture_nearest(tex, c->tu[k], c->tv[k], rgba);
+        for (uint32_t i = 0; i < 3; i++)
+            out->row[i][k] = rgba[i];
+    }
+}
+
+/* The materials' colours, which the rows have, times their textures'. */
+void RTI_ISA_FN(rti_lanes_texture)(const rtk_scene *scene, rti_sheaf *c)
+{
+    uint32_t texture[RTK_BLOCK] RTI_ROW, left = (1u << RTK_BLOCK) - 1;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) /* of lanes behind the last, as of the first */
+        texture[k] = scene->materials[c->material[k < c->count ? k : 0]].color_tex;
+    while (left != 0) {
+        const uint32_t one = texture[__builtin_ctz(left)], lanes = ~rti_u32_unlike(texture, one);
+        const rtk_texture tex = scene->textures[one];
+        colors found;
+        if (tex.head->flags & RTK_TEX_NEAREST)
+            nearest(tex, c, &found);
+        else
+            filtered(tex, c, &found);
+        left &= ~lanes;
+        RTI_EACH_LANE_INNER(k)
+        {
+            const bool its = texture[k] == one;
+            c->cr[k] *= its ? found.row[0][k] : 1.0f;
+            c->cg[k] *= its ? found.row[1][k] : 1.0f;
+            c->cb[k] *= its ? found.row[2][k] : 1.0f;
+        }
+    }
+}
