@@ -4,6 +4,7 @@
 
 #include "../base/simd.h"
 #include "lanes.h"
+#include "lanes_corners.h"
 #include "lanes_table.h"
 #include "shade.h"
 
@@ -33,62 +34,12 @@ static void places_of(const rtk_group *g, const rti_sheaf *c, uint32_t *at)
 
 /* ---- triangles ---- */
 
-/* Rows of three floats at each corner of the lanes' triangles: the first corner's, the second's, the third's; and room. */
-typedef struct corners {
-    float row[12][RTK_BLOCK] RTI_ROW;
-} corners;
-
-static rtk_vec3 corner3(const corners *v, uint32_t i, uint32_t k)
+static rtk_vec3 corner3(const rti_corners *v, uint32_t i, uint32_t k)
 {
     return row3(v->row[3 * i], v->row[3 * i + 1], v->row[3 * i + 2], k);
 }
 
-/* Large triangles fill whole sheaves. */
-static void load_vertices(const rtk_group *g, const rti_sheaf *c, corners *v)
-{
-    uint32_t at[RTK_BLOCK] RTI_ROW;
-    places_of(g, c, at);
-    if (rti_u32_unlike(at, at[0]) == 0) {
-        const rtk_tri t = g->tris[at[0]];
-        const float *from = t.v0; /* the nine of its corners stand in a row */
-        for (uint32_t i = 0; i < 9; i++) {
-            const float x = from[i];
-            RTI_EACH_LANE(k)
-            v->row[i][k] = x;
-        }
-        return;
-    }
-    for (uint32_t i = 0; i < 12; i += 4) { /* the last three are no corner's */
-        const float *from[RTK_BLOCK];
-        for (uint32_t k = 0; k < RTK_BLOCK; k++)
-            from[k] = (const float *)(const void *)&g->tris[at[k]] + i;
-        rti_rows4(from, v->row + i);
-    }
-}
-
-/* Of each corner the `width` floats of an attribute, in row[3 * width]. offset_at: where rtk_geom has the attribute's offset. A
- * geometry without it gives what stands in none[3 * width]. */
-static void load_attribute(const rtk_group *g, const rti_sheaf *c, size_t offset_at, uint32_t width, const float *none,
-                           float (*row)[RTK_BLOCK])
-{
-    RTI_EACH_LANE(k)
-    {
-        const rtk_geom *geom = &g->geoms[c->geom[k]];
-        const rtk_u64 offset = *(const rtk_u64 *)(const void *)((const char *)geom + offset_at);
-        for (uint32_t i = 0; i < 3; i++) {
-            const float *from = none + width * i;
-            if (offset != 0) { /* else there may be no attributes at all */
-                const uint32_t *corners_of = (const uint32_t *)(const void *)(g->attributes + geom->off_indices);
-                const float *all = (const float *)(const void *)(g->attributes + offset);
-                from = all + width * (size_t)corners_of[3 * (size_t)c->prim[k] + i];
-            }
-            for (uint32_t j = 0; j < width; j++)
-                row[width * i + j][k] = from[j];
-        }
-    }
-}
-
-RTI_LANES_FN static void flat(const corners *v, rti_sheaf *c, float *area)
+RTI_LANES_FN static void flat(const rti_corners *v, rti_sheaf *c, float *area)
 {
     RTI_EACH_LANE(k)
     {
@@ -109,7 +60,7 @@ RTI_LANES_FN static void flat(const corners *v, rti_sheaf *c, float *area)
 }
 
 /* Normals of slivers, in doubled floats, for the lanes that are some. */
-RTI_LANES_FN static void flat_slivers(const corners *v, rti_sheaf *c, float *area)
+RTI_LANES_FN static void flat_slivers(const rti_corners *v, rti_sheaf *c, float *area)
 {
     RTI_EACH_LANE(k)
     {
@@ -132,21 +83,21 @@ static bool some_rare(const rti_sheaf *c)
     return rti_u32_unlike(c->plain, 1) != 0;
 }
 
-static void mesh(const rtk_group *g, rti_sheaf *c, float *area)
+static void mesh(const rtk_group *g, const rti_faces *f, rti_sheaf *c, float *area)
 {
-    corners v;
-    load_vertices(g, c, &v);
+    rti_corners v;
+    rti_load_vertices(g, f, &v);
     flat(&v, c, area);
     if (some_rare(c))
         flat_slivers(&v, c, area);
 }
 
 /* A geometry without normals has zeros, which give the geometric one. */
-RTI_LANES_FN static void smooth_normals(const rtk_group *g, rti_sheaf *c)
+RTI_LANES_FN static void smooth_normals(const rtk_group *g, const rti_faces *f, rti_sheaf *c)
 {
     static const float none[9] = {0.0f};
-    corners v;
-    load_attribute(g, c, offsetof(rtk_geom, off_normals), 3, none, v.row);
+    rti_corners v;
+    rti_load_attribute(g, c, f, (rti_attribute){offsetof(rtk_geom, off_normals), 3, none}, v.row);
     RTI_EACH_LANE(k)
     {
         rtk_vec3 ng = row3(c->gx, c->gy, c->gz, k);
@@ -162,11 +113,14 @@ RTI_LANES_FN static void smooth_normals(const rtk_group *g, rti_sheaf *c)
     }
 }
 
-RTI_LANES_FN static void colors(const rtk_group *g, rti_sheaf *c)
+/* Tints, which are 1 where there are none. */
+RTI_LANES_FN static void colors(const rtk_group *g, const rti_faces *f, rti_sheaf *c)
 {
     static const float white[9] = {1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f};
-    corners v;
-    load_attribute(g, c, offsetof(rtk_geom, off_colors), 3, white, v.row);
+    rti_corners v;
+    if (g->geoms[c->geom[0]].off_colors == 0 && one_geom(c))
+        return;
+    rti_load_attribute(g, c, f, (rti_attribute){offsetof(rtk_geom, off_colors), 3, white}, v.row);
     RTI_EACH_LANE(k)
     {
         rtk_vec3 t = rtk_weighted(corner3(&v, 0, k), corner3(&v, 1, k), corner3(&v, 2, k), c->u[k], c->v[k]);
@@ -177,11 +131,11 @@ RTI_LANES_FN static void colors(const rtk_group *g, rti_sheaf *c)
 }
 
 /* Texture coordinates and their density. A geometry without any is measured by the hit's weights. */
-RTI_LANES_FN static void coordinates(const rtk_group *g, rti_sheaf *c, const float *area)
+RTI_LANES_FN static void coordinates(const rtk_group *g, const rti_faces *f, rti_sheaf *c, const float *area)
 {
     static const float weights[6] = {0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 1.0f};
     float a[6][RTK_BLOCK] RTI_ROW, there[RTK_BLOCK] RTI_ROW;
-    load_attribute(g, c, offsetof(rtk_geom, off_uvs), 2, weights, a);
+    rti_load_attribute(g, c, f, (rti_attribute){offsetof(rtk_geom, off_uvs), 2, weights}, a);
     RTI_EACH_LANE(k)
     there[k] = g->geoms[c->geom[k]].off_uvs != 0 ? 1.0f : 0.0f;
     RTI_EACH_LANE(k)
@@ -475,10 +429,13 @@ void RTI_ISA_FN(rti_lanes_body)(const rtk_group *g, uint32_t kind, rti_sheaf *c)
 {
     const bool textured = c->material_kind >= RTI_LOOK_TEXTURED;
     float area[RTK_BLOCK] RTI_ROW;
+    rti_faces f;
     if (c->tinted)
         no_tints(c);
     if (kind == RTI_SURFACE_MESH || kind == RTI_SURFACE_SMOOTH) {
-        mesh(g, c, area);
+        places_of(g, c, f.at);
+        rti_find_faces(&f);
+        mesh(g, &f, c, area);
     } else if (kind == RTI_SURFACE_SPHERE) {
         spheres(g, c);
         shape_tints(g, c);
@@ -498,11 +455,11 @@ void RTI_ISA_FN(rti_lanes_body)(const rtk_group *g, uint32_t kind, rti_sheaf *c)
         planes(g, c);
     }
     if (kind == RTI_SURFACE_SMOOTH) {
-        smooth_normals(g, c);
-        colors(g, c);
+        smooth_normals(g, &f, c);
+        colors(g, &f, c);
     }
     if (textured && (kind == RTI_SURFACE_MESH || kind == RTI_SURFACE_SMOOTH))
-        coordinates(g, c, area);
+        coordinates(g, &f, c, area);
     if (textured)
         place_coordinates(g, c);
 }
