@@ -22,19 +22,20 @@ RTK_FN rtk_vec3 rtk_gradient(rtk_vec3 low, rtk_vec3 top, rtk_vec3 d)
     return rtk_madd(low, 0.5f + 0.5f * d.y, rtk_sub(top, low));
 }
 
-/* Radiance of the world in unit direction d: gradient by height, or the equirectangular map (its middle column towards -z, its
- * upper edge +y). spread: angle the ray's cone covers. */
+/* Where unit direction d is on the equirectangular map: its middle column towards -z, its upper edge +y. */
+RTK_FN float rtk_sky_u(rtk_vec3 d) { return rtk_atan2(d.x, -d.z) / (2.0f * RTK_PI) + 0.5f; }
+RTK_FN float rtk_sky_v(rtk_vec3 d) { return 1.0f - rtk_acos(rtk_clamp(d.y, -1.0f, 1.0f)) / RTK_PI; }
+
+/* Radiance of the world in unit direction d: gradient by height, or the equirectangular map. spread: angle the ray's cone covers. */
 RTK_FN rtk_vec3 rtk_background(RT_GLOBAL const rtk_scene *scene, rtk_vec3 d, float spread)
 {
     RT_GLOBAL const rtk_world *w = scene->world;
     rtk_vec3 low = rtk_v3(w->background[0], w->background[1], w->background[2]);
     rtk_vec3 top = rtk_v3(w->background_top[0], w->background_top[1], w->background_top[2]);
-    float rgba[4], turn;
+    float rgba[4];
     if (w->background_tex == RTK_INVALID)
         return rtk_gradient(low, top, d);
-    turn = rtk_atan2(d.x, -d.z) / (2.0f * RTK_PI) + 0.5f;
-    rtk_texture_sample(scene->textures[w->background_tex], turn, 1.0f - rtk_acos(rtk_clamp(d.y, -1.0f, 1.0f)) / RTK_PI,
-                       spread / RTK_PI, rgba);
+    rtk_texture_sample(scene->textures[w->background_tex], rtk_sky_u(d), rtk_sky_v(d), spread / RTK_PI, rgba);
     return rtk_v3(rgba[0], rgba[1], rgba[2]);
 }
 

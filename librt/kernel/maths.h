@@ -150,16 +150,10 @@ RTK_FN float rtk_tan(float x)
 /* atan(a / b) for 0 <= a <= b, b > 0. */
 RTK_FN float rtk_atan_part(float a, float b)
 {
-    float base = 0.0f, base_lo = 0.0f, q, z;
-    if (a > 0.414213562f * b) { /* atan(q) = pi/4 + atan((q - 1) / (q + 1)); large ones halved, their sum must not overflow */
-        float k = b > 1.0f ? 0.5f : 1.0f;
-        q = (k * a - k * b) / (k * a + k * b);
-        base = 0.785398185f;
-        base_lo = -2.18556941e-08f;
-    } else {
-        q = a / b;
-    }
-    z = q * q;
+    /* there atan(q) = pi/4 + atan((q - 1) / (q + 1)); large ones halved, their sum must not overflow */
+    int far = a > 0.414213562f * b;
+    float k = b > 1.0f ? 0.5f : 1.0f, q = (far ? k * a - k * b : a) / (far ? k * a + k * b : b), z = q * q;
+    float base = far ? 0.785398185f : 0.0f, base_lo = far ? -2.18556941e-08f : 0.0f;
     return base +
            (q + (q * z * (-0.333333318f + z * (0.199995405f + z * (-0.142639556f + z * (0.107437315f + z * -0.0645192821f)))) +
                  base_lo));
@@ -169,18 +163,16 @@ RTK_FN float rtk_atan_part(float a, float b)
 RTK_FN float rtk_atan2(float y, float x)
 {
     float ay = rtk_fabs(y), ax = rtk_fabs(x), r;
-    if (!(ay >= 0.0f) || !(ax >= 0.0f))
-        return RTK_NAN;
-    if (ay == 0.0f && ax == 0.0f)
-        return 0.0f;
-    if (ay == RTK_INF || ax == RTK_INF) { /* the corners count as diagonals */
-        ay = ay == RTK_INF ? 1.0f : 0.0f;
-        ax = ax == RTK_INF ? 1.0f : 0.0f;
-    }
-    r = ay <= ax ? rtk_atan_part(ay, ax) : RTK_HALF_PI - (rtk_atan_part(ax, ay) - RTK_HALF_PI_LO);
-    if (x < 0.0f)
-        r = 2.0f * RTK_HALF_PI - (r - 2.0f * RTK_HALF_PI_LO);
-    return rtk_copysign(r, y);
+    int valid = (ay >= 0.0f) & (ax >= 0.0f), none = (ay == 0.0f) & (ax == 0.0f), below;
+    int endless = (ay == RTK_INF) | (ax == RTK_INF); /* the corners count as diagonals */
+    ay = endless ? (ay == RTK_INF ? 1.0f : 0.0f) : ay;
+    ax = endless ? (ax == RTK_INF ? 1.0f : 0.0f) : ax;
+    below = ay <= ax;
+    r = rtk_atan_part(below ? ay : ax, below ? ax : ay);
+    r = below ? r : RTK_HALF_PI - (r - RTK_HALF_PI_LO);
+    r = x < 0.0f ? 2.0f * RTK_HALF_PI - (r - 2.0f * RTK_HALF_PI_LO) : r;
+    r = none ? 0.0f : rtk_copysign(r, y);
+    return valid ? r : RTK_NAN;
 }
 
 RTK_FN float rtk_atan(float x)
@@ -209,15 +201,12 @@ RTK_FN float rtk_asin(float x)
 
 RTK_FN float rtk_acos(float x)
 {
-    float a = rtk_fabs(x), z, s;
-    if (!(a >= 0.0f))
-        return RTK_NAN;
-    if (a <= 0.5f)
-        return RTK_HALF_PI - (x + (x * rtk_asin_part(x * x) - RTK_HALF_PI_LO));
-    z = 0.5f * (1.0f - rtk_min(a, 1.0f));
-    s = rtk_sqrt(z);
-    s = 2.0f * (s + s * rtk_asin_part(z));
-    return x > 0.0f ? s : 2.0f * RTK_HALF_PI - (s - 2.0f * RTK_HALF_PI_LO);
+    float a = rtk_fabs(x), z = a <= 0.5f ? x * x : 0.5f * (1.0f - rtk_min(a, 1.0f)), p = rtk_asin_part(z);
+    float s = rtk_sqrt(z), near = RTK_HALF_PI - (x + (x * p - RTK_HALF_PI_LO));
+    s = 2.0f * (s + s * p);
+    s = x > 0.0f ? s : 2.0f * RTK_HALF_PI - (s - 2.0f * RTK_HALF_PI_LO);
+    s = a <= 0.5f ? near : s;
+    return a >= 0.0f ? s : RTK_NAN;
 }
 
 /* ---- powers ------------------------------------------------------------------------------------------------------------ */

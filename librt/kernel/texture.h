@@ -52,7 +52,7 @@ RTK_FN void rtk_texel(rtk_texture tex, rtk_u32 level, rtk_u32 x, rtk_u32 y, floa
 RTK_FN float rtk_texture_wrap(float x, rtk_u32 flags)
 {
     float w = flags & RTK_TEX_CLAMP ? rtk_clamp(x, 0.0f, 1.0f) : x - rtk_floor(x);
-    return (w >= 0.0f) & (w <= 1.0f) ? w : 0.0f;
+    return ((w >= 0.0f) & (w <= 1.0f)) ? w : 0.0f;
 }
 
 /* Texel below or left of x (in texels, half-texel shifted) and its neighbour, with the weight of the neighbour. */
@@ -62,7 +62,7 @@ RTK_FN float rtk_texture_pair(float x, rtk_u32 size, rtk_u32 flags, rtk_u32 *i0,
     rtk_i32 i = (rtk_i32)low, next = i + 1, last = (rtk_i32)size - 1;
     rtk_i32 before = flags & RTK_TEX_CLAMP ? 0 : last, behind = last - before;
     *i0 = (rtk_u32)(i < 0 ? before : (i > last ? last : i));
-    *i1 = (rtk_u32)((next > last) | (next < 0) ? behind : next);
+    *i1 = (rtk_u32)(((next > last) | (next < 0)) ? behind : next);
     return weight;
 }
 

@@ -304,11 +304,12 @@ RTI_LANES_FN static void misses(rti_worker *w, const rti_sheaf *c)
             l.b[k] = c->tpb[k] * e.z;
         }
     } else {
-        for (uint32_t k = 0; k < RTK_BLOCK; k++) {
-            rtk_vec3 e = rtk_background(scene, rtk_v3(c->dx[k], c->dy[k], c->dz[k]), c->spread[k]);
-            l.r[k] = c->tpr[k] * e.x;
-            l.g[k] = c->tpg[k] * e.y;
-            l.b[k] = c->tpb[k] * e.z;
+        RTI_ISA_FN(rti_lanes_sky)(scene, c, &l);
+        RTI_EACH_LANE_INNER(k)
+        {
+            l.r[k] *= c->tpr[k];
+            l.g[k] *= c->tpg[k];
+            l.b[k] *= c->tpb[k];
         }
     }
     rti_add_lanes(w, c->home, (1u << c->count) - 1, &l);

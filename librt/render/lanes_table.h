@@ -15,6 +15,7 @@
     void rti_lanes_body_##isa(const rtk_group *group, uint32_t kind, rti_sheaf *sheaf);                                          \
     void rti_lanes_placed_##isa(const rtk_scene *scene, rti_sheaf *sheaf);                                                       \
     void rti_lanes_texture_##isa(const rtk_scene *scene, rti_sheaf *sheaf);                                                      \
+    void rti_lanes_sky_##isa(const rtk_scene *scene, const rti_sheaf *sheaf, rti_light_lanes *light);                            \
     void rti_lanes_shine_sphere_##isa(rti_worker *worker, uint32_t light);                                                       \
     void rti_lanes_one_##isa(rti_worker *worker);                                                                                \
     void rti_lanes_shine_##isa(rti_worker *worker, uint32_t light);                                                              \

@@ -1,11 +1,11 @@
-/* Colours of textures at sixteen hits: rtk_texture_sample of kernel/texture.h over rows, texture after texture, of which a sheaf
- * mostly has one. Where texels stand is found in vectors, they are fetched one by one (three in four come from the table of sRGB,
- * and gathers are no faster), and mixed in vectors. Alpha is not asked for. */
+/* Colours of textures at sixteen hits, and of the sky where sixteen rays miss: rtk_texture_sample of kernel/texture.h over rows,
+ * texture after texture, of which a sheaf mostly has one. Where texels stand is found in vectors, they are fetched one by one
+ * (three in four come from the table of sRGB, and gathers are no faster), and mixed in vectors. Alpha is not asked for. */
 #include "lanes.h"
 #include "lanes_rows.h"
 #include "lanes_table.h"
 
-#include "../kernel/texture.h"
+#include "../kernel/integrate.h"
 
 /* Of each lane's place along one side of a level, as rtk_texture_pair has it. */
 typedef struct pair {
@@ -13,17 +13,22 @@ typedef struct pair {
     float weight[RTK_BLOCK] RTI_ROW;
 } pair;
 
+/* Where they are looked up. */
+typedef struct lookups {
+    float u[RTK_BLOCK] RTI_ROW, v[RTK_BLOCK] RTI_ROW, footprint[RTK_BLOCK] RTI_ROW;
+} lookups;
+
 typedef struct colors {
     float row[3][RTK_BLOCK] RTI_ROW;
 } colors;
 
 /* Each lane's finer level, and the coarser one's weight. */
-RTI_LANES_FN static void levels(rtk_texture tex, const rti_sheaf *c, uint32_t *level, float *weight)
+RTI_LANES_FN static void levels(rtk_texture tex, const lookups *l, uint32_t *level, float *weight)
 {
     const float last = (float)(tex.head->level_count - 1u);
     RTI_EACH_LANE(k)
     {
-        const float at = rtk_min(rtk_texture_level(tex, c->footprint[k] * c->uv_scale[k]), last);
+        const float at = rtk_min(rtk_texture_level(tex, l->footprint[k]), last);
         const int32_t low = (int32_t)at; /* few: signed ones are vectors everywhere */
         level[k] = (uint32_t)low;
         weight[k] = at - (float)low;
@@ -114,13 +119,13 @@ RTI_LANES_FN static void mix(const float *fx, const float *fy, const colors four
     }
 }
 
-static void bilinear(rtk_texture tex, const rti_sheaf *c, const uint32_t *level, colors *out)
+static void bilinear(rtk_texture tex, const lookups *l, const uint32_t *level, colors *out)
 {
     uint32_t at[4][RTK_BLOCK] RTI_ROW; /* of the four around a place, in the order of rtk_texture_bilinear */
     colors four[4];
     pair x, y;
-    pairs(tex.head->width, tex.head->flags, level, c->tu, &x);
-    pairs(tex.head->height, tex.head->flags, level, c->tv, &y);
+    pairs(tex.head->width, tex.head->flags, level, l->u, &x);
+    pairs(tex.head->height, tex.head->flags, level, l->v, &y);
     places(tex.head->width, level, &x, &y, at);
     if (tex.head->flags & RTK_TEX_FLOAT)
         fetch_floats(tex, level, at, four);
@@ -141,49 +146,58 @@ RTI_LANES_FN static void blend(colors *fine, const colors *coarse, const float *
     }
 }
 
-static void filtered(rtk_texture tex, const rti_sheaf *c, colors *out)
+static void filtered(rtk_texture tex, const lookups *l, colors *out)
 {
     const uint32_t last = tex.head->level_count - 1u;
     uint32_t level[RTK_BLOCK] RTI_ROW, between = 0;
     float weight[RTK_BLOCK] RTI_ROW;
     colors coarse;
-    levels(tex, c, level, weight);
-    bilinear(tex, c, level, out);
+    levels(tex, l, level, weight);
+    bilinear(tex, l, level, out);
     RTI_EACH_LANE(k)
     between |= (uint32_t)(weight[k] > 0.0f);
     if (between == 0)
         return;
     RTI_EACH_LANE(k)
     level[k] = level[k] < last ? level[k] + 1u : last;
-    bilinear(tex, c, level, &coarse);
+    bilinear(tex, l, level, &coarse);
     blend(out, &coarse, weight);
 }
 
-static void nearest(rtk_texture tex, const rti_sheaf *c, colors *out)
+static void nearest(rtk_texture tex, const lookups *l, colors *out)
 {
     for (uint32_t k = 0; k < RTK_BLOCK; k++) {
         float rgba[4];
-        rtk_texture_nearest(tex, c->tu[k], c->tv[k], rgba);
+        rtk_texture_nearest(tex, l->u[k], l->v[k], rgba);
         for (uint32_t i = 0; i < 3; i++)
             out->row[i][k] = rgba[i];
     }
+}
+
+static void find(rtk_texture tex, const lookups *l, colors *out)
+{
+    if (tex.head->flags & RTK_TEX_NEAREST)
+        nearest(tex, l, out);
+    else
+        filtered(tex, l, out);
 }
 
 /* The materials' colours, which the rows have, times their textures'. */
 void RTI_ISA_FN(rti_lanes_texture)(const rtk_scene *scene, rti_sheaf *c)
 {
     uint32_t texture[RTK_BLOCK] RTI_ROW, left = (1u << RTK_BLOCK) - 1;
+    lookups l;
+    memcpy(l.u, c->tu, sizeof l.u);
+    memcpy(l.v, c->tv, sizeof l.v);
+    RTI_EACH_LANE(k)
+    l.footprint[k] = c->footprint[k] * c->uv_scale[k];
     for (uint32_t k = 0; k < RTK_BLOCK; k++) /* of lanes behind the last, as of the first */
         texture[k] = scene->materials[c->material[k < c->count ? k : 0]].color_tex;
     while (left != 0) {
-        const uint32_t one = texture[__builtin_ctz(left)], lanes = ~rti_u32_unlike(texture, one);
-        const rtk_texture tex = scene->textures[one];
+        const uint32_t one = texture[__builtin_ctz(left)];
         colors found;
-        if (tex.head->flags & RTK_TEX_NEAREST)
-            nearest(tex, c, &found);
-        else
-            filtered(tex, c, &found);
-        left &= ~lanes;
+        find(scene->textures[one], &l, &found);
+        left &= rti_u32_unlike(texture, one);
         RTI_EACH_LANE_INNER(k)
         {
             const bool its = texture[k] == one;
@@ -192,4 +206,27 @@ void RTI_ISA_FN(rti_lanes_texture)(const rtk_scene *scene, rti_sheaf *c)
             c->cb[k] *= its ? found.row[2][k] : 1.0f;
         }
     }
+}
+
+RTI_LANES_FN static void directions(const rti_sheaf *c, lookups *l)
+{
+    RTI_EACH_LANE(k)
+    {
+        const rtk_vec3 d = rtk_v3(c->dx[k], c->dy[k], c->dz[k]);
+        l->u[k] = rtk_sky_u(d);
+        l->v[k] = rtk_sky_v(d);
+        l->footprint[k] = c->spread[k] / RTK_PI;
+    }
+}
+
+/* What a map of the sky has in the rays' directions: rtk_background. */
+void RTI_ISA_FN(rti_lanes_sky)(const rtk_scene *scene, const rti_sheaf *c, rti_light_lanes *light)
+{
+    lookups l;
+    colors found;
+    directions(c, &l);
+    find(scene->textures[scene->world->background_tex], &l, &found);
+    memcpy(light->r, found.row[0], sizeof light->r);
+    memcpy(light->g, found.row[1], sizeof light->g);
+    memcpy(light->b, found.row[2], sizeof light->b);
 }

@@ -1,11 +1,12 @@
-/* Colours of textures over rows, at every instruction set this processor has, are those of one lookup after another, to the bit.
+/* Colours of textures, and of maps of the sky, over rows, at every instruction set this processor has, are those of one lookup
+ * after another, to the bit.
  */
 #include "kernel_random.h"
 #include "scene_kit.h"
 
 #include <math.h>
 
-#include "kernel/texture.h"
+#include "kernel/integrate.h"
 #include "render/lanes_table.h"
 #include "scene/snapshot.h"
 
@@ -13,18 +14,21 @@
 #define SIDE     40u
 #define SHEAVES  4000
 
-typedef void lookup(const rtk_scene *scene, rti_sheaf *sheaf);
+typedef struct lookups {
+    void (*texture)(const rtk_scene *scene, rti_sheaf *sheaf);
+    void (*sky)(const rtk_scene *scene, const rti_sheaf *sheaf, rti_light_lanes *light);
+} lookups;
 
-static lookup *lookup_at(rti_isa isa)
+static lookups lookups_at(rti_isa isa)
 {
     switch (isa) {
 #define CASE(name, level)                                                                                                        \
     case level:                                                                                                                  \
-        return rti_lanes_texture_##name;
+        return (lookups){rti_lanes_texture_##name, rti_lanes_sky_##name};
         RTI_ISA_EACH(CASE)
 #undef CASE
     default:
-        return NULL;
+        return (lookups){NULL, NULL};
     }
 }
 
@@ -85,10 +89,44 @@ static void fill(rti_sheaf *c, rng *r, const rtk_scene *scene)
         c->tv[k] = coordinate(r);
         c->footprint[k] = footprint(r);
         c->uv_scale[k] = rng_u32(r) % 8 == 0 ? footprint(r) : 1.0f;
+        c->spread[k] = footprint(r);
+        const rtk_vec3 d = rng_u32(r) % 8 == 0 ? rtk_v3(coordinate(r), coordinate(r), coordinate(r)) : rng_dir(r);
+        c->dx[k] = d.x;
+        c->dy[k] = d.y;
+        c->dz[k] = d.z;
         c->cr[k] = rng_unit(r);
         c->cg[k] = rng_unit(r);
         c->cb[k] = rng_unit(r);
     }
+}
+
+static void assert_same(int isa, uint32_t k, const char *of, rtk_vec3 found, rtk_vec3 wanted)
+{
+    if (memcmp(&found, &wanted, sizeof found) != 0)
+        fail_msg("%s, level %d, lane %u: %a %a %a, not %a %a %a", of, isa, k, (double)found.x, (double)found.y, (double)found.z,
+                 (double)wanted.x, (double)wanted.y, (double)wanted.z);
+}
+
+static void textures_are_right(int isa, const rtk_scene *scene, const rti_sheaf *given)
+{
+    rti_sheaf c = *given;
+    lookups_at((rti_isa)isa).texture(scene, &c);
+    for (uint32_t k = 0; k < c.count; k++) {
+        const rtk_texture texture = scene->textures[scene->materials[given->material[k]].color_tex];
+        const rtk_vec3 base = rtk_v3(given->cr[k], given->cg[k], given->cb[k]);
+        float rgba[4];
+        rtk_texture_sample(texture, given->tu[k], given->tv[k], given->footprint[k] * given->uv_scale[k], rgba);
+        assert_same(isa, k, "texture", rtk_v3(c.cr[k], c.cg[k], c.cb[k]), rtk_mul(base, rtk_v3(rgba[0], rgba[1], rgba[2])));
+    }
+}
+
+static void skies_are_right(int isa, const rtk_scene *scene, const rti_sheaf *c)
+{
+    rti_light_lanes light;
+    lookups_at((rti_isa)isa).sky(scene, c, &light);
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        assert_same(isa, k, "sky", rtk_v3(light.r[k], light.g[k], light.b[k]),
+                    rtk_background(scene, rtk_v3(c->dx[k], c->dy[k], c->dz[k]), c->spread[k]));
 }
 
 static void test_each_level(void **state)
@@ -101,26 +139,18 @@ static void test_each_level(void **state)
         add(ctx, scene, &r, i);
     kit_ok(ctx, rt_scene_commit(scene, NULL));
     rti_snapshot *snapshot = rti_scene_snapshot(scene);
-    const rtk_scene *view = rti_snapshot_view(snapshot);
+    rtk_scene view = *rti_snapshot_view(snapshot);
+    rtk_world world = *view.world;
+    view.world = &world;
     for (int n = 0; n < SHEAVES; n++) {
         rti_sheaf given;
-        fill(&given, &r, view);
+        fill(&given, &r, &view);
+        world.background_tex = rng_u32(&r) % TEXTURES;
         for (int isa = 0; isa < RTI_ISA_COUNT; isa++) {
-            rti_sheaf c = given;
             if (!rti_isa_runs((rti_isa)isa))
                 continue;
-            lookup_at((rti_isa)isa)(view, &c);
-            for (uint32_t k = 0; k < c.count; k++) {
-                const float found[3] = {c.cr[k], c.cg[k], c.cb[k]};
-                float rgba[4];
-                rtk_texture_sample(view->textures[view->materials[given.material[k]].color_tex], given.tu[k], given.tv[k],
-                                   given.footprint[k] * given.uv_scale[k], rgba);
-                const float wanted[3] = {given.cr[k] * rgba[0], given.cg[k] * rgba[1], given.cb[k] * rgba[2]};
-                if (memcmp(found, wanted, sizeof found) != 0)
-                    fail_msg("level %d, lane %u at (%g, %g) over %g: %g %g %g, not %g %g %g", isa, k, (double)given.tu[k],
-                             (double)given.tv[k], (double)given.footprint[k] * (double)given.uv_scale[k], (double)found[0],
-                             (double)found[1], (double)found[2], (double)wanted[0], (double)wanted[1], (double)wanted[2]);
-            }
+            textures_are_right(isa, &view, &given);
+            skies_are_right(isa, &view, &given);
         }
     }
     rti_snapshot_release(snapshot);
