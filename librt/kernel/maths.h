@@ -164,9 +164,9 @@ RTK_FN float rtk_atan2(float y, float x)
 {
     float ay = rtk_fabs(y), ax = rtk_fabs(x), r;
     int valid = (ay >= 0.0f) & (ax >= 0.0f), none = (ay == 0.0f) & (ax == 0.0f), below;
-    int endless = (ay == RTK_INF) | (ax == RTK_INF); /* the corners count as diagonals */
-    ay = endless ? (ay == RTK_INF ? 1.0f : 0.0f) : ay;
-    ax = endless ? (ax == RTK_INF ? 1.0f : 0.0f) : ax;
+    int high = ay == RTK_INF, wide = ax == RTK_INF, endless = high | wide; /* the corners count as diagonals */
+    ay = endless ? (high ? 1.0f : 0.0f) : ay;
+    ax = endless ? (wide ? 1.0f : 0.0f) : ax;
     below = ay <= ax;
     r = rtk_atan_part(below ? ay : ax, below ? ax : ay);
     r = below ? r : RTK_HALF_PI - (r - RTK_HALF_PI_LO);
