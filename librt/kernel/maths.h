@@ -189,14 +189,11 @@ RTK_FN float rtk_asin_part(float z)
 
 RTK_FN float rtk_asin(float x)
 {
-    float a = rtk_fabs(x), z, s;
-    if (!(a >= 0.0f))
-        return RTK_NAN;
-    if (a <= 0.5f)
-        return x + x * rtk_asin_part(x * x);
-    z = 0.5f * (1.0f - rtk_min(a, 1.0f));
-    s = rtk_sqrt(z);
-    return rtk_copysign(RTK_HALF_PI - (2.0f * (s + s * rtk_asin_part(z)) - RTK_HALF_PI_LO), x);
+    float a = rtk_fabs(x), z = a <= 0.5f ? x * x : 0.5f * (1.0f - rtk_min(a, 1.0f)), p = rtk_asin_part(z);
+    float s = rtk_sqrt(z), near = x + x * p;
+    s = rtk_copysign(RTK_HALF_PI - (2.0f * (s + s * p) - RTK_HALF_PI_LO), x);
+    s = a <= 0.5f ? near : s;
+    return a >= 0.0f ? s : RTK_NAN;
 }
 
 RTK_FN float rtk_acos(float x)

@@ -99,14 +99,23 @@ RTK_FN void rtk_surface_mesh(RT_GLOBAL const rtk_group *group, RT_GLOBAL const r
     s->face = geom->off_faces ? rtk_attribute_u32(group->attributes, geom->off_faces, hit.prim) : hit.prim;
 }
 
-/* Square root of texture area over surface area, the shape's mean (of the face, for boxes). */
+RTK_FN float rtk_sphere_area(float radius) { return 4.0f * RTK_PI * radius * radius; }
+
+/* Square root of texture area over surface area, where all of a texture is on such an area. */
+RTK_FN float rtk_area_density(float area)
+{
+    float density = 1.0f / rtk_sqrt(area);
+    return area > 0.0f ? density : 0.0f;
+}
+
+/* That of a shape, its mean (of the face, for boxes). */
 RTK_FN float rtk_shape_uv_scale(RT_GLOBAL const rtk_shape *s, rtk_vec3 ng)
 {
     RT_GLOBAL const float *p = s->p;
     rtk_vec3 d;
     float area, slope;
     if (s->type == RTK_SHAPE_SPHERE) {
-        area = 4.0f * RTK_PI * p[3] * p[3];
+        area = rtk_sphere_area(p[3]);
     } else if (s->type == RTK_SHAPE_BOX) {
         area = rtk_box_area(rtk_at(p), rtk_at(p + 3), ng);
     } else if (s->type == RTK_SHAPE_TORUS) {
@@ -117,7 +126,7 @@ RTK_FN float rtk_shape_uv_scale(RT_GLOBAL const rtk_shape *s, rtk_vec3 ng)
         slope = p[3] - r1;
         area = RTK_PI * (p[3] + r1) * rtk_sqrt(rtk_dot3(d, d) + slope * slope);
     }
-    return area > 0.0f ? 1.0f / rtk_sqrt(area) : 0.0f;
+    return rtk_area_density(area);
 }
 
 RTK_FN void rtk_surface_shape(RT_GLOBAL const rtk_group *group, RT_GLOBAL const rtk_geom *geom, rtk_ray ray, rtk_hit hit,

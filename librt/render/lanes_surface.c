@@ -197,14 +197,16 @@ static void shape_tints(const rtk_group *g, rti_sheaf *c)
     }
 }
 
-/* Longitude and latitude take inverse functions: lane after lane. */
-static void sphere_coordinates(const rtk_group *g, rti_sheaf *c)
+/* Longitude and latitude. */
+RTI_LANES_FN static void sphere_coordinates(const rtk_group *g, rti_sheaf *c)
 {
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
-        const rtk_shape *s = &g->shapes[g->geoms[c->geom[k]].first + c->prim[k]];
-        rtk_vec3 ng = row3(c->gx, c->gy, c->gz, k);
-        rtk_sphere_uv(ng, &c->tu[k], &c->tv[k]);
-        c->uv_scale[k] = rtk_shape_uv_scale(s, ng);
+    float radius[RTK_BLOCK] RTI_ROW;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        radius[k] = g->shapes[g->geoms[c->geom[k]].first + c->prim[k]].p[3];
+    RTI_EACH_LANE(k)
+    {
+        rtk_sphere_uv(row3(c->gx, c->gy, c->gz, k), &c->tu[k], &c->tv[k]);
+        c->uv_scale[k] = rtk_area_density(rtk_sphere_area(radius[k]));
     }
 }
 
@@ -248,8 +250,7 @@ static void box_densities(rti_sheaf *c)
 {
     RTI_EACH_LANE(k)
     {
-        const float area = c->uv_scale[k], density = 1.0f / rtk_sqrt(area);
-        c->uv_scale[k] = area > 0.0f ? density : 0.0f;
+        c->uv_scale[k] = rtk_area_density(c->uv_scale[k]);
     }
 }
 

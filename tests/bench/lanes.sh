@@ -23,9 +23,10 @@ for cc in gcc clang; do
   ask=-fopt-info-vec-optimized
   [ $cc = clang ] && ask=-Rpass=loop-vectorize
   for isa in generic sse42 avx2 avx512 avx512_vbmi2; do
-    for file in librt/render/lanes_{around,camera,lamp,light,path,sort,surface,whitted}.c librt/render/lanes_{classic,shadow}.h; do
+    for file in librt/render/lanes_{around,camera,lamp,light,path,placed,sort,surface,texture,whitted}.c librt/render/lanes_{classic,corners,shadow}.h; do
       case $file in # a header's loops are made where it is included
         *classic.h) made=librt/render/lanes_path.c ;;
+        *corners.h) made=librt/render/lanes_surface.c ;;
         *shadow.h) made=librt/render/lanes_lamp.c ;;
         *) made=$file ;;
       esac
