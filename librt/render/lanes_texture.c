@@ -1,6 +1,6 @@
 /* Colours of textures at sixteen hits, and of the sky where sixteen rays miss: rtk_texture_sample of kernel/texture.h over rows,
- * texture after texture, of which a sheaf mostly has one. Where texels stand is found in vectors, they are fetched one by one
- * (three in four come from the table of sRGB, and gathers are no faster), and mixed in vectors. Alpha is not asked for. */
+ * texture after texture, of which a sheaf mostly has one. Where texels stand is found in vectors, all of a level's are loaded
+ * before one is decoded, for they wait for memory, and they are mixed in vectors. Alpha is not asked for. */
 #include "lanes.h"
 #include "lanes_rows.h"
 #include "lanes_table.h"
