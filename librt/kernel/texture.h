@@ -66,6 +66,13 @@ RTK_FN float rtk_texture_pair(float x, rtk_u32 size, rtk_u32 flags, rtk_u32 *i0,
     return weight;
 }
 
+/* Of four texels: a and b in a row, c and d above them. */
+RTK_FN float rtk_texture_mix(float a, float b, float c, float d, float fx, float fy)
+{
+    float lo = a + fx * (b - a), hi = c + fx * (d - c);
+    return lo + fy * (hi - lo);
+}
+
 RTK_FN void rtk_texture_bilinear(rtk_texture tex, rtk_u32 level, float u, float v, float rgba[4])
 {
     rtk_u32 w = rtk_level_size(tex.head->width, level), h = rtk_level_size(tex.head->height, level), flags = tex.head->flags;
@@ -77,10 +84,8 @@ RTK_FN void rtk_texture_bilinear(rtk_texture tex, rtk_u32 level, float u, float 
     rtk_texel(tex, level, x1, y0, b);
     rtk_texel(tex, level, x0, y1, c);
     rtk_texel(tex, level, x1, y1, d);
-    for (k = 0u; k < 4u; k++) {
-        float lo = a[k] + fx * (b[k] - a[k]), hi = c[k] + fx * (d[k] - c[k]);
-        rgba[k] = lo + fy * (hi - lo);
-    }
+    for (k = 0u; k < 4u; k++)
+        rgba[k] = rtk_texture_mix(a[k], b[k], c[k], d[k], fx, fy);
 }
 
 RTK_FN void rtk_texture_nearest(rtk_texture tex, float u, float v, float rgba[4])

@@ -58,7 +58,9 @@ static inline void rti_load_vertices(const rtk_group *g, const rti_faces *f, rti
         const float *from = (const float *)(const void *)&g->tris[f->at[f->lane[j]]]; /* the nine of its corners stand in a row */
         rti_spread_face(f, j, from, 9, v->row);
     }
-    for (uint32_t i = 0; i < 12 && f->count == 0; i += 4) { /* the last three are no corner's */
+    if (f->count != 0)
+        return;
+    for (uint32_t i = 0; i < 12; i += 4) { /* the last three are no corner's */
         const float *from[RTK_BLOCK];
         for (uint32_t k = 0; k < RTK_BLOCK; k++)
             from[k] = (const float *)(const void *)&g->tris[f->at[k]] + i;
@@ -103,7 +105,9 @@ static inline void rti_load_attribute(const rtk_group *g, const rti_sheaf *c, co
         rti_attribute_at(g, c, f->lane[j], &a, some);
         rti_spread_face(f, j, some, 3 * a.width, row);
     }
-    for (uint32_t k = 0; k < RTK_BLOCK && f->count == 0; k++) {
+    if (f->count != 0)
+        return;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
         rti_attribute_at(g, c, k, &a, some);
         for (uint32_t i = 0; i < 3 * a.width; i++)
             row[i][k] = some[i];

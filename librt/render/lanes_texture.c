@@ -7,6 +7,8 @@
 
 #include "../kernel/integrate.h"
 
+#define FEW 4 /* fewer lanes of a texture are looked up singly: of many textures a sheaf has several */
+
 /* Of each lane's place along one side of a level, as rtk_texture_pair has it. */
 typedef struct pair {
     uint32_t low[RTK_BLOCK] RTI_ROW, high[RTK_BLOCK] RTI_ROW;
@@ -112,9 +114,8 @@ RTI_LANES_FN static void mix(const float *fx, const float *fy, const colors four
     for (uint32_t i = 0; i < 3; i++) {
         RTI_EACH_LANE_INNER(k)
         {
-            const float a = four[0].row[i][k], b = four[1].row[i][k], c = four[2].row[i][k], d = four[3].row[i][k];
-            const float lo = a + fx[k] * (b - a), hi = c + fx[k] * (d - c);
-            out->row[i][k] = lo + fy[k] * (hi - lo);
+            out->row[i][k] =
+                rtk_texture_mix(four[0].row[i][k], four[1].row[i][k], four[2].row[i][k], four[3].row[i][k], fx[k], fy[k]);
         }
     }
 }
@@ -164,20 +165,23 @@ static void filtered(rtk_texture tex, const lookups *l, colors *out)
     blend(out, &coarse, weight);
 }
 
-static void nearest(rtk_texture tex, const lookups *l, colors *out)
+/* Lane after lane. */
+static void singly(rtk_texture tex, const lookups *l, uint32_t lanes, colors *out)
 {
-    for (uint32_t k = 0; k < RTK_BLOCK; k++) {
+    for (; lanes != 0; lanes &= lanes - 1) {
+        const uint32_t k = (uint32_t)__builtin_ctz(lanes);
         float rgba[4];
-        rtk_texture_nearest(tex, l->u[k], l->v[k], rgba);
+        rtk_texture_sample(tex, l->u[k], l->v[k], l->footprint[k], rgba);
         for (uint32_t i = 0; i < 3; i++)
             out->row[i][k] = rgba[i];
     }
 }
 
-static void find(rtk_texture tex, const lookups *l, colors *out)
+/* At chosen lanes; at others anything. */
+static void find(rtk_texture tex, const lookups *l, uint32_t lanes, colors *out)
 {
-    if (tex.head->flags & RTK_TEX_NEAREST)
-        nearest(tex, l, out);
+    if (tex.head->flags & RTK_TEX_NEAREST || __builtin_popcount(lanes) < FEW)
+        singly(tex, l, lanes, out);
     else
         filtered(tex, l, out);
 }
@@ -185,7 +189,7 @@ static void find(rtk_texture tex, const lookups *l, colors *out)
 /* The materials' colours, which the rows have, times their textures'. */
 void RTI_ISA_FN(rti_lanes_texture)(const rtk_scene *scene, rti_sheaf *c)
 {
-    uint32_t texture[RTK_BLOCK] RTI_ROW, left = (1u << RTK_BLOCK) - 1;
+    uint32_t texture[RTK_BLOCK] RTI_ROW, left = (1u << c->count) - 1;
     lookups l;
     memcpy(l.u, c->tu, sizeof l.u);
     memcpy(l.v, c->tv, sizeof l.v);
@@ -193,11 +197,11 @@ void RTI_ISA_FN(rti_lanes_texture)(const rtk_scene *scene, rti_sheaf *c)
     l.footprint[k] = c->footprint[k] * c->uv_scale[k];
     for (uint32_t k = 0; k < RTK_BLOCK; k++) /* of lanes behind the last, as of the first */
         texture[k] = scene->materials[c->material[k < c->count ? k : 0]].color_tex;
+    colors found = {{{0.0f}}};
     while (left != 0) {
-        const uint32_t one = texture[__builtin_ctz(left)];
-        colors found;
-        find(scene->textures[one], &l, &found);
-        left &= rti_u32_unlike(texture, one);
+        const uint32_t one = texture[__builtin_ctz(left)], others = rti_u32_unlike(texture, one);
+        find(scene->textures[one], &l, left & ~others, &found);
+        left &= others;
         RTI_EACH_LANE_INNER(k)
         {
             const bool its = texture[k] == one;
@@ -225,7 +229,7 @@ void RTI_ISA_FN(rti_lanes_sky)(const rtk_scene *scene, const rti_sheaf *c, rti_l
     lookups l;
     colors found;
     directions(c, &l);
-    find(scene->textures[scene->world->background_tex], &l, &found);
+    find(scene->textures[scene->world->background_tex], &l, (1u << RTK_BLOCK) - 1, &found);
     memcpy(light->r, found.row[0], sizeof light->r);
     memcpy(light->g, found.row[1], sizeof light->g);
     memcpy(light->b, found.row[2], sizeof light->b);

@@ -1,6 +1,5 @@
-/* Colours of textures, and of maps of the sky, over rows, at every instruction set this processor has, are those of one lookup
- * after another, to the bit.
- */
+/* Colours of textures, and of maps of the sky, over rows, at every instruction set this processor has, are those of single
+ * lookups, to the bit. */
 #include "kernel_random.h"
 #include "scene_kit.h"
 
