@@ -84,27 +84,6 @@ static void desk_close(desk *d, const rti_snapshot *s)
     rti_trace_room_give(s, &d->scratch);
 }
 
-#define SAME(a, b) (offsetof(rt_ray, a) == offsetof(rti_ray, b))
-_Static_assert(sizeof(rt_ray) == sizeof(rti_ray) && SAME(org, org) && SAME(tmin, tmin) && SAME(dir, dir) && SAME(tmax, tmax) &&
-                   SAME(mask, mask),
-               "a public ray is a tracer's");
-#undef SAME
-#define SAME(a, b) (offsetof(rt_hit, a) == offsetof(rti_hit, b))
-_Static_assert(sizeof(rt_hit) == sizeof(rti_hit) && SAME(t, t) && SAME(u, u) && SAME(v, v) && SAME(prim_id, prim) &&
-                   SAME(geom_id, geom) && SAME(inst_id, inst),
-               "and so is a hit");
-#undef SAME
-
-static const rti_ray *ray_at(const rt_ray *ray)
-{
-    return (const rti_ray *)(const void *)ray;
-}
-
-static rti_hit *hit_at(rt_hit *hit)
-{
-    return (rti_hit *)(void *)hit;
-}
-
 /* Do all sixteen rays point into one octant? Those without order hardly ever do. Written so that compilers make vectors of it. */
 static bool one_octant(const rtk_trace_block *b)
 {
@@ -130,13 +109,13 @@ static uint32_t desk_take(desk *d, const rt_ray *rays, const float *times, size_
 {
     const uint32_t most = left < d->most ? (uint32_t)left : d->most;
     const uint32_t near = most < NEAR || (d->scratch.learned.apart[0] | d->scratch.learned.apart[1]) != 0 ? most : NEAR;
-    d->turn->rays(ray_at(rays), near, d->rays);
+    d->turn->rays(rti_ray_at(rays), near, d->rays);
     d->scratch.times = times;
     if (*flags == RTI_ARRAYS_GUESS)
         *flags = rti_arrays_guess(d->rays, near);
     if (*flags & RTI_TRACE_COHERENT)
         return near;
-    d->turn->rays(ray_at(rays + near), most - near, d->rays + near / RTK_BLOCK);
+    d->turn->rays(rti_ray_at(rays + near), most - near, d->rays + near / RTK_BLOCK);
     return most;
 }
 
@@ -144,7 +123,8 @@ static uint32_t desk_take(desk *d, const rt_ray *rays, const float *times, size_
 static void desk_soon(desk *d, const rt_ray *rays, rt_hit *hits, size_t left, uint32_t flags)
 {
     const uint32_t next = left < NEAR ? (uint32_t)left : NEAR;
-    d->scratch.soon = (rti_soon){ray_at(rays), hits ? hit_at(hits) : NULL, flags & RTI_TRACE_COHERENT ? next / RTK_BLOCK : 0};
+    d->scratch.soon =
+        (rti_soon){rti_ray_at(rays), hits ? rti_hit_at(hits) : NULL, flags & RTI_TRACE_COHERENT ? next / RTK_BLOCK : 0};
 }
 
 static APART void intersect_alone(const rti_snapshot *s, const rti_tracer *tracer, const rt_ray *rays, const float *times,
@@ -152,7 +132,7 @@ static APART void intersect_alone(const rti_snapshot *s, const rti_tracer *trace
 {
     const rti_fpenv env = rti_fp_enter();
     for (size_t i = 0; i < count; i++)
-        tracer->one(&s->view, ray_at(&rays[i]), times ? times[i] : 0.0f, hit_at(&hits[i]));
+        tracer->one(&s->view, rti_ray_at(&rays[i]), times ? times[i] : 0.0f, rti_hit_at(&hits[i]));
     rti_fp_leave(env);
 }
 
@@ -161,7 +141,7 @@ static APART void occluded_alone(const rti_snapshot *s, const rti_tracer *tracer
 {
     const rti_fpenv env = rti_fp_enter();
     for (size_t i = 0; i < count; i++)
-        occluded[i] = tracer->one(&s->view, ray_at(&rays[i]), times ? times[i] : 0.0f, NULL) != 0;
+        occluded[i] = tracer->one(&s->view, rti_ray_at(&rays[i]), times ? times[i] : 0.0f, NULL) != 0;
     rti_fp_leave(env);
 }
 
@@ -174,7 +154,7 @@ static APART void intersect_many(const rti_snapshot *snapshot, const rti_tracer 
         uint32_t as = flags, n = desk_take(&d, rays + at, times ? times + at : NULL, count - at, &as);
         desk_soon(&d, rays + at + n, hits + at + n, count - at - n, as);
         tracer->intersect(&snapshot->view, d.rays, d.hits, n, as, &d.scratch);
-        d.turn->hits(d.hits, n, hit_at(hits + at));
+        d.turn->hits(d.hits, n, rti_hit_at(hits + at));
         at += n;
     }
     desk_close(&d, snapshot);
@@ -183,11 +163,9 @@ static APART void intersect_many(const rti_snapshot *snapshot, const rti_tracer 
 void rti_arrays_intersect(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,
                           rt_hit *hits, size_t count, uint32_t flags)
 {
-    if (count == 1) {
-        const rti_fpenv env = rti_fp_enter();
-        tracer->one(&snapshot->view, ray_at(rays), times ? times[0] : 0.0f, hit_at(hits));
-        rti_fp_leave(env);
-    } else if (count < RTI_ARRAYS_ALONE)
+    if (count == 1)
+        rti_arrays_intersect_one(snapshot, tracer, rays, times ? times[0] : 0.0f, hits);
+    else if (count < RTI_ARRAYS_ALONE)
         intersect_alone(snapshot, tracer, rays, times, hits, count);
     else
         intersect_many(snapshot, tracer, rays, times, hits, count, flags);
@@ -227,11 +205,9 @@ static APART void occluded_many(const rti_snapshot *snapshot, const rti_tracer *
 void rti_arrays_occluded(const rti_snapshot *snapshot, const rti_tracer *tracer, const rt_ray *rays, const float *times,
                          uint8_t *occluded, size_t count, uint32_t flags)
 {
-    if (count == 1) {
-        const rti_fpenv env = rti_fp_enter();
-        occluded[0] = tracer->one(&snapshot->view, ray_at(rays), times ? times[0] : 0.0f, NULL) != 0;
-        rti_fp_leave(env);
-    } else if (count < RTI_ARRAYS_ALONE)
+    if (count == 1)
+        rti_arrays_occluded_one(snapshot, tracer, rays, times ? times[0] : 0.0f, occluded);
+    else if (count < RTI_ARRAYS_ALONE)
         occluded_alone(snapshot, tracer, rays, times, occluded, count);
     else
         occluded_many(snapshot, tracer, rays, times, occluded, count, flags);

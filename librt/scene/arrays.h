@@ -14,6 +14,43 @@ void rti_arrays_intersect(const rti_snapshot *snapshot, const struct rti_tracer 
 void rti_arrays_occluded(const rti_snapshot *snapshot, const struct rti_tracer *tracer, const rt_ray *rays, const float *times,
                          uint8_t *occluded, size_t count, uint32_t flags);
 
+#define SAME(a, b) (offsetof(rt_ray, a) == offsetof(rti_ray, b))
+_Static_assert(sizeof(rt_ray) == sizeof(rti_ray) && SAME(org, org) && SAME(tmin, tmin) && SAME(dir, dir) && SAME(tmax, tmax) &&
+                   SAME(mask, mask),
+               "a public ray is a tracer's");
+#undef SAME
+#define SAME(a, b) (offsetof(rt_hit, a) == offsetof(rti_hit, b))
+_Static_assert(sizeof(rt_hit) == sizeof(rti_hit) && SAME(t, t) && SAME(u, u) && SAME(v, v) && SAME(prim_id, prim) &&
+                   SAME(geom_id, geom) && SAME(inst_id, inst),
+               "and so is a hit");
+#undef SAME
+
+static inline const rti_ray *rti_ray_at(const rt_ray *ray)
+{
+    return (const rti_ray *)(const void *)ray;
+}
+
+static inline rti_hit *rti_hit_at(rt_hit *hit)
+{
+    return (rti_hit *)(void *)hit;
+}
+
+/* One ray, for which no batch is made. */
+static inline void rti_arrays_intersect_one(const rti_snapshot *snapshot, const struct rti_tracer *tracer, const rt_ray *ray,
+                                            float time, rt_hit *hit)
+{
+    const rti_fpenv env = rti_fp_enter();
+    tracer->one(&snapshot->view, rti_ray_at(ray), time, rti_hit_at(hit));
+    rti_fp_leave(env);
+}
+static inline void rti_arrays_occluded_one(const rti_snapshot *snapshot, const struct rti_tracer *tracer, const rt_ray *ray,
+                                           float time, uint8_t *occluded)
+{
+    const rti_fpenv env = rti_fp_enter();
+    *occluded = tracer->one(&snapshot->view, rti_ray_at(ray), time, NULL) != 0;
+    rti_fp_leave(env);
+}
+
 /* What rays look like of which nobody has said anything: RTI_TRACE_COHERENT when in half of the whole blocks, looking at every
  * third, all rays point into one octant (a row of pixels that crosses the middle of the picture mixes up to a third of its tiles'
  * blocks), else 0. A wrong guess costs time, never a hit. */

@@ -24,8 +24,8 @@
  * t0 and t1, of boxes, are not. */
 typedef struct lone {
     /* For leaves. */
-    _Alignas(16) float org[4]; /* in the order of axes x, y, z of the leaf test; and tmin */
-    float dir[4];              /* likewise; and tmax */
+    _Alignas(16) float less[4]; /* less the origin, in the order of axes x, y, z of the leaf test; and tmin */
+    float dir[4];               /* the direction, likewise; and tmax */
     float sx, sy, scale, shift, outer;
     float low, high; /* where outer is not 0: the given range, of sums with it, too; the ray's own is unbounded */
     float far, t, u, v;
@@ -34,7 +34,7 @@ typedef struct lone {
     const rtk_tree *tree;
     const rtk_group *group;
     struct lone_met { /* by the lanes of some blocks */
-        _Alignas(4 * NODE_N) float t[NODE_N], u[NODE_N], v[NODE_N], off[NODE_N];
+        float t[NODE_N], u[NODE_N], v[NODE_N], off[NODE_N];
         rtk_u32 certain;
     } met;
     /* For spheres (lone_ball_ready). */
@@ -45,7 +45,8 @@ typedef struct lone {
     /* For nodes: as prepared. */
     _Alignas(16) float inv[4], start[4];
     float t0, t1;
-    rtk_u32 back; /* bits of the axes along which the ray goes down */
+    rtk_u32 back;   /* bits of the axes along which the ray goes down */
+    rtk_u32 places; /* of triangles in blocks: leaves that begin behind them hold others */
     /* For what is rare, and the end. */
     const rtk_part *part; /* NULL: q and r are given */
     const rtk_scene *scene;
@@ -97,6 +98,8 @@ RTI_APART int lone_ask_plain(lone *l, rtk_u32 mode, rtk_u32 ref)
         if (!rtk_ray_prepare(ray, part->lo, part->hi, part->scale, &prepared))
             return 0; /* never: lone_part and lone_mesh ask the same */
     }
+    if (mode & RTK_MODE_ANY)
+        return rtk_query_prim(q, mode, r, ref);
     q->best = l->best;
     end = rtk_query_prim(q, mode, r, ref);
     l->best = q->best;
@@ -117,10 +120,16 @@ RTI_VEC void lone_corners(const lone *l, rtk_u32 place, float v0[3], float v1[3]
     }
 }
 
+/* The ray up to `end`, for one triangle. */
+RTI_VEC rti_tri_pair lone_pair(const lone *l, float end)
+{
+    return (rti_tri_pair){-l->less[0], -l->less[1], -l->less[2], l->sx, l->sy, l->dir[2], l->shift, l->scale, l->less[3], end};
+}
+
 /* A hit that was put aside, in doubles; 0: it is to be asked. */
 RTI_APART int lone_decide(lone *l, rtk_u32 place)
 {
-    const rti_tri_pair pair = {l->org[0], l->org[1], l->org[2], l->sx, l->sy, l->dir[2], l->shift, l->scale, l->org[3], l->dir[3]};
+    const rti_tri_pair pair = lone_pair(l, l->dir[3]);
     float c0[3], c1[3], c2[3], hit[3];
     lone_corners(l, place, c0, c1, c2);
     if (!tri_double_one(&pair, l->dir[0], l->dir[1], c0, c1, c2, hit))
@@ -204,7 +213,7 @@ RTI_APART int lone_doubt(lone *l, rtk_u32 mode, rtk_u32 place, rtk_u32 certain, 
     float within[2] = {t - off, t + off};
     int sure = 1;
     if (!certain) {
-        const rti_tri_pair pair = {l->org[0], l->org[1], l->org[2], l->sx, l->sy, l->dir[2], l->shift, l->scale, l->org[3], end};
+        const rti_tri_pair pair = lone_pair(l, end);
         float c0[3], c1[3], c2[3];
         lone_corners(l, place, c0, c1, c2);
         sure = rti_tri_settle(&pair, c0, c1, c2, within);
@@ -239,6 +248,10 @@ RTI_APART int lone_meet(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 sure, rtk_u32
     }
     return 0;
 }
+
+/* Here a compiler forgets what it knows of a pointer: what is read by it behind this is read there, not long before, where few
+ * need it; and what it was made of is not taken apart again to save a register. */
+#define LONE_AGAIN(p) __asm__("" : "+r"(p))
 
 #define LONE_N 4
 #include "bvh_lone_step.inl"

@@ -27,7 +27,7 @@ RTI_VEC rtk_u32 lone_ball_test(lone *l, rtk_u32 at, rtk_u32 count, rtk_u32 size,
     bvh_vec t;
     const ball_ray r = {{NODE(set)(b->org[0]), NODE(set)(b->org[1]), NODE(set)(b->org[2])},
                         {NODE(set)(b->dir[0]), NODE(set)(b->dir[1]), NODE(set)(b->dir[2])},
-                        NODE(set)(l->org[3]),
+                        NODE(set)(l->less[3]),
                         NODE(set)(l->dir[3]),
                         NODE(set)(l->shift),
                         NODE(set)(b->margin),

@@ -50,6 +50,13 @@ static const int32_t lone_left[4] = {0, 0, 1, 3}, lone_right[4] = {1, 2, 2, 3};
 #undef Y
 #undef Z
 
+/* Three lanes less than nothing by as much. */
+RTI_VEC rti_f4 lone_less(rti_f4 a)
+{
+    const rti_f4 all = -a;
+    return (rti_f4){all[0], all[1], all[2], a[3]};
+}
+
 /* A ray made ready, but for what a group and its parts bring. Returns the lanes in which its direction is not too great. */
 RTI_VEC rti_m4 lone_start(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
 {
@@ -59,7 +66,7 @@ RTI_VEC rti_m4 lone_start(lone *l, const rtk_scene *scene, const rti_ray *ray, l
     const rti_f4 along = rti_f4_take(ray->dir, order->axes), shear = along / rti_f4_set(along[2]);
     g->org = rti_f4_load(ray->org);
     g->inv = rti_f4_min(rti_f4_max(rti_f4_set(1.0f) / dir, -top), top); /* rtk_inverse: what it calls zero is clamped here */
-    rti_f4_store(l->org, rti_f4_take(ray->org, order->axes));
+    rti_f4_store(l->less, lone_less(rti_f4_take(ray->org, order->axes)));
     rti_f4_store(l->dir, along);
     memcpy(l->row, order->row, sizeof l->row);
     l->sx = shear[0];
@@ -120,8 +127,8 @@ RTI_VEC int lone_approach(rti_f4 dir, rti_f4 lo, rti_f4 hi, float scale, rti_f4 
 /* Its way through a part from which it starts far away (rtk_ray_prepare): as lone_part. */
 RTI_APART int lone_part_moved(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part *part, const rtk_tree *tree)
 {
-    const float *box = (const float *)(const void *)part, tmin = l->org[3], tmax = l->dir[3];
-    const rti_f4 lo = rti_f4_load(box), hi = rti_f4_load(box + 3), given = rti_f4_load(l->org);
+    const float *box = (const float *)(const void *)part, tmin = l->less[3], tmax = l->dir[3];
+    const rti_f4 lo = rti_f4_load(box), hi = rti_f4_load(box + 3), given = rti_f4_load(l->less);
     lone_given moved = *g;
     float org[4], t0, t1, shift = 0.0f;
     int end;
@@ -134,7 +141,7 @@ RTI_APART int lone_part_moved(lone *l, rtk_u32 mode, const lone_given *g, const 
         return -1;
     rti_f4_store(org, moved.org);
     for (rtk_u32 k = 0u; k < 3u; k++)
-        l->org[k] = org[l->row[k] / (rtk_u32)sizeof(float[RTK_BVH_BLOCK])];
+        l->less[k] = -org[l->row[k] / (rtk_u32)sizeof(float[RTK_BVH_BLOCK])];
     l->part = part;
     l->shift = shift;
     l->t = l->best.t;
@@ -142,7 +149,7 @@ RTI_APART int lone_part_moved(lone *l, rtk_u32 mode, const lone_given *g, const 
     l->t0 = t0;
     l->t1 = t1;
     end = t0 <= lone_end(l, 1) && lone_walk(l, mode);
-    rti_f4_store(l->org, given);
+    rti_f4_store(l->less, given);
     return end;
 }
 
@@ -152,7 +159,7 @@ RTI_VEC int lone_passes(const lone *l, const lone_given *g, rti_f4 far, rti_f4 l
     const rti_f4 grow = rti_f4_set(RTK_PASSES * (rtk_max(rtk_max(far[0], far[1]), far[2]) + scale));
     float t0, t1;
     lone_slab(g, lo - grow, hi + grow, &t0, &t1);
-    return t1 < t0 || (t1 < 0.0f && l->org[3] >= 0.0f);
+    return t1 < t0 || (t1 < 0.0f && l->less[3] >= 0.0f);
 }
 
 /* Its way through a part: 1 or 0 as lone_walk, or -1: it must go another way. */
@@ -160,7 +167,7 @@ RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part
 {
     const float *box = (const float *)(const void *)part;
     const rti_f4 far = rti_f4_abs(g->org), lo = rti_f4_load(box), hi = rti_f4_load(box + 3);
-    const float tmin = l->org[3], tmax = l->dir[3];
+    const float tmin = l->less[3], tmax = l->dir[3];
     float t0, t1;
     if (!lone_tree(tree))
         return -1;
@@ -184,7 +191,8 @@ RTI_VEC int lone_part(lone *l, rtk_u32 mode, const lone_given *g, const rtk_part
     return l->t0 <= l->far && lone_walk(l, mode);
 }
 
-/* A ray through a scene that is one mesh (RTK_SCENE_MESH), as lone_part; what seldom is so is asked at once. */
+/* A ray through a scene that is one mesh (RTK_SCENE_MESH), as lone_part, up to where it walks: 1; 0: it meets nothing; -1: it must go
+ * another way. What seldom is so is asked at once. */
 RTI_VEC int lone_mesh(lone *l, rtk_u32 mode, const rtk_scene *scene, const rti_ray *ray)
 {
     const rtk_group *group = scene->groups;
@@ -194,13 +202,14 @@ RTI_VEC int lone_mesh(lone *l, rtk_u32 mode, const rtk_scene *scene, const rti_r
     lone_given g;
     rti_m4 fit = lone_start(l, scene, ray, &g);
     fit = rti_m4_and(fit, lone_near(rti_f4_abs(g.org), part->scale));
-    fit = rti_m4_and(fit, lone_turn_to(l, &part->bvh, part->scale, g.org, g.inv));
-    if (__builtin_expect(!lone_all(fit) || !lone_ranged(ray, &g) || ray->mask == 0u || part->bvh.block_count == 0u, 0))
+    lone_turn_to(l, &part->bvh, part->scale, g.org, g.inv); /* it fits: the part's scale is neither great nor small */
+    if (__builtin_expect(!lone_all(fit) || !(rtk_fabs(g.most) >= RTK_DIR_MIN) || ray->mask == 0u || l->places == 0u, 0))
         return -1;
     lone_slab(&g, rti_f4_load(box), rti_f4_load(box + 3), &t0, &t1);
     l->inst = RTK_INVALID;
-    lone_keep(l, tmax, 0.0f, 0.0f, RTK_INVALID, RTK_INVALID);
-    t0 = rtk_max(t0, tmin);
+    if (!(mode & RTK_MODE_ANY))
+        lone_keep(l, tmax, 0.0f, 0.0f, RTK_INVALID, RTK_INVALID);
+    t0 = rtk_max(t0, tmin); /* NaN where tmin is, as t1 where tmax is; and where tmin = tmax no t lies between */
     t1 = rtk_min(t1, tmax);
     if (!(t0 <= t1))
         return 0;
@@ -210,7 +219,7 @@ RTI_VEC int lone_mesh(lone *l, rtk_u32 mode, const rtk_scene *scene, const rti_r
     l->far = t1;
     l->t0 = t0;
     l->shift = 0.0f;
-    return lone_walk(l, mode);
+    return 1;
 }
 
 /* Its way through a group whose parts are of one builder, from its best hit on: as lone_part. */
@@ -286,7 +295,7 @@ RTI_VEC int lone_top_ready(lone *l, const lone_given *g, const rtk_scene *s, con
 {
     const rti_f4 lo = {s->top_lo.x, s->top_lo.y, s->top_lo.z}, hi = {s->top_hi.x, s->top_hi.y, s->top_hi.z};
     const rti_f4 far = rti_f4_abs(g->org);
-    const float tmin = l->org[3], tmax = l->dir[3];
+    const float tmin = l->less[3], tmax = l->dir[3];
     lone_given at = *g;
     float t0, t1, shift = 0.0f;
     if (!(s->top_lo.x <= s->top_hi.x))

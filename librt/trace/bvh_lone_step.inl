@@ -4,7 +4,9 @@
 #define BITS      LANES_JOIN(rti_m, LONE_N, bits)
 #define RAY       LANES_TYPE(rti_tri_ray, LONE_N)
 #define RESULT    LANES_TYPE(rti_tri_hit, LONE_N)
-#define TEST      LANES_TYPE(rti_tri, LONE_N)
+#define EDGES     LANES_TYPE(rti_tri_edges, LONE_N)
+#define AHEAD     LANES_TYPE(rti_tri_ahead, LONE_N)
+#define BEYOND    LANES_TYPE(rti_tri_beyond, LONE_N)
 #define LONE_TEST LANES_TYPE(lone_test, LONE_N)
 #define LONE_STEP LANES_TYPE(lone_step, LONE_N)
 
@@ -13,8 +15,8 @@
 RTI_VEC rtk_u32 LONE_TEST(const lone *l, rtk_u32 at, rtk_u32 count, RESULT *hit)
 {
     const rtk_u32 begin = at % 4u, left = begin + count;
-    const RAY ray = {F(set)(l->org[0]), F(set)(l->org[1]), F(set)(l->org[2]), F(set)(l->sx),    F(set)(l->sy),
-                     F(set)(l->dir[2]), F(set)(l->org[3]), F(set)(l->dir[3]), F(set)(l->shift), F(set)(l->scale)};
+    LONE_AGAIN(l);
+    const VEC less[3] = {F(set)(l->less[0]), F(set)(l->less[1]), F(set)(l->less[2])};
     const char *b = (const char *)&l->tree->blocks[at / 4u];
     const char *x = b + l->row[0], *y = b + l->row[1], *z = b + l->row[2];
     const rtk_u32 want = ((1u << left) - 1u) & ~0u << begin;
@@ -25,12 +27,22 @@ RTI_VEC rtk_u32 LONE_TEST(const lone *l, rtk_u32 at, rtk_u32 count, RESULT *hit)
 #else
 #define ROW(p, corner) rti_f4_load(AT(p, corner))
 #endif
-    const VEC v0[3] = {ROW(x, 0), ROW(y, 0), ROW(z, 0)};
-    const VEC v1[3] = {ROW(x, 1), ROW(y, 1), ROW(z, 1)};
-    const VEC v2[3] = {ROW(x, 2), ROW(y, 2), ROW(z, 2)};
+    /* Sums with less the origin are the differences from it, and load what they add to. */
+    const VEC ahead_x[3] = {ROW(x, 0) + less[0], ROW(x, 1) + less[0], ROW(x, 2) + less[0]};
+    const VEC ahead_y[3] = {ROW(y, 0) + less[1], ROW(y, 1) + less[1], ROW(y, 2) + less[1]};
+    const VEC ahead_z[3] = {ROW(z, 0) + less[2], ROW(z, 1) + less[2], ROW(z, 2) + less[2]};
 #undef ROW
 #undef AT
-    return TEST(&ray, v0, v1, v2, want, hit);
+    const EDGES e = AHEAD(ahead_x, ahead_y, ahead_z, F(set)(l->sx), F(set)(l->sy), want);
+    if (e.keep == 0u)
+        return 0u;
+    LONE_AGAIN(l);
+    const RAY ray = {.kdz = F(set)(l->dir[2]),
+                     .tmin = F(set)(l->less[3]),
+                     .tmax = F(set)(l->dir[3]),
+                     .tshift = F(set)(l->shift),
+                     .scale = F(set)(l->scale)};
+    return BEYOND(&ray, &e, NULL, 0, hit);
 }
 
 /* Such triangles. Calls are the last thing it does: then it need not save registers. */
@@ -75,6 +87,8 @@ RTI_VEC int LONE_STEP(lone *l, rtk_u32 mode, rtk_u32 at, rtk_u32 count)
 #undef BITS
 #undef RAY
 #undef RESULT
-#undef TEST
+#undef EDGES
+#undef AHEAD
+#undef BEYOND
 #undef LONE_TEST
 #undef LONE_STEP

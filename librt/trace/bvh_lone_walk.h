@@ -9,7 +9,8 @@
  * breakfast, some 10 MiB, .88 to .98 of the time; a million triangles camera rays .96, ones from all over 1.14.) */
 #define LONE_LARGE ((size_t)24 << 20)
 
-/* What waits: where a slot is entered, its child, its count, each so far behind the other that a place is one pointer. */
+/* What waits: where a slot is entered, its child, its count, each so far behind the other that a place is one pointer. (A leaf
+ * that is none at the bottom, so that nobody asks whether anything waits: .92 to .98 of the rate of rays without order.) */
 #define LONE_STACK (RTK_BVH_STACK + RTK_BVH_WIDTH)
 typedef union lone_word {
     float t;
@@ -125,10 +126,27 @@ static const lone_rows lone_sides[8] = {ROWS(LO, LO, LO), ROWS(HI, LO, LO), ROWS
 #undef LO_
 #undef HI_
 
+/* Where the rows of a tree's first node stand: from a child's number to its boxes there is but a shift then. */
+typedef struct lone_way {
+    const char *nodes, *in[3], *out[3];
+} lone_way;
+RTI_VEC const char *lone_row(const char *nodes, rtk_u32 row)
+{
+    nodes += row;
+    LONE_AGAIN(nodes);
+    return nodes;
+}
+RTI_VEC lone_way lone_way_of(const lone *l)
+{
+    const lone_rows *rows = &lone_sides[l->back];
+    const char *const n = (const char *)l->tree->bvh;
+    return (lone_way){n,
+                      {lone_row(n, rows->in[0]), lone_row(n, rows->in[1]), lone_row(n, rows->in[2])},
+                      {lone_row(n, rows->out[0]), lone_row(n, rows->out[1]), lone_row(n, rows->out[2])}};
+}
+
 /* A ray as nodes are asked of it: in registers, which leaves have for themselves. */
 typedef struct lone_sight {
-    const char *nodes;
-    size_t in[3], out[3];
     bvh_vec inv[3], start[3], t0, far, first;
 } lone_sight;
 /* Where it enters the tree, a number. */
@@ -138,11 +156,7 @@ RTI_VEC float lone_first(const lone *l)
 }
 RTI_VEC lone_sight lone_sight_of(const lone *l, float end)
 {
-    const lone_rows *rows = &lone_sides[l->back];
-    return (lone_sight){(const char *)l->tree->bvh,
-                        {rows->in[0], rows->in[1], rows->in[2]},
-                        {rows->out[0], rows->out[1], rows->out[2]},
-                        {NODE(set)(l->inv[0]), NODE(set)(l->inv[1]), NODE(set)(l->inv[2])},
+    return (lone_sight){{NODE(set)(l->inv[0]), NODE(set)(l->inv[1]), NODE(set)(l->inv[2])},
                         {NODE(set)(l->start[0]), NODE(set)(l->start[1]), NODE(set)(l->start[2])},
                         NODE(set)(l->t0),
                         NODE(set)(end),
@@ -157,19 +171,34 @@ RTI_VEC float lone_end(const lone *l, int moved)
     return rtk_min(((far - l->outer) - l->shift) + 9.5367432e-07f * (rtk_fabs(far) + rtk_fabs(l->outer) + rtk_fabs(l->shift)),
                    l->t1);
 }
-RTI_VEC const rtk_bvhnode *lone_node(const lone_sight *v, rtk_u32 at)
+RTI_VEC size_t lone_offset(rtk_u32 node)
 {
-    return (const rtk_bvhnode *)(const void *)(v->nodes + (size_t)at * sizeof(rtk_bvhnode));
+    return (size_t)node * sizeof(rtk_bvhnode);
 }
-
-/* The slots of a node that the ray enters, and where; ahead: measured from where it enters the tree, for where its origin was
- * moved that may be in front of it, and slots wait in the order of sizes (rti_f8_queue). */
-RTI_VEC rtk_u32 lone_open(const lone_sight *v, const rtk_bvhnode *n, int ahead, float t[RTK_BVH_WIDTH])
+RTI_VEC const rtk_bvhnode *lone_node(const lone_way *w, size_t offset)
 {
-    const char *const p = (const char *)n;
+    const char *n = w->nodes + offset;
+    LONE_AGAIN(n);
+    return (const rtk_bvhnode *)(const void *)n;
+}
+/* What a slot holds. */
+RTI_VEC void lone_enter(const rtk_bvhnode *n, size_t slot, rtk_u32 *at, rtk_u32 *count)
+{
+    const rtk_u32 *child = n->child;
+    LONE_AGAIN(child);
+    *at = child[slot];
+    *count = child[RTK_BVH_WIDTH + slot];
+}
+_Static_assert(offsetof(rtk_bvhnode, count) == offsetof(rtk_bvhnode, child) + RTK_BVH_WIDTH * sizeof(rtk_u32),
+               "counts stand behind children");
+
+/* The slots that the ray enters of the node that begins at `offset`, and where; ahead: measured from where it enters the tree, for
+ * where its origin was moved that may be in front of it, and slots wait in the order of sizes (rti_f8_queue). */
+RTI_VEC rtk_u32 lone_open(const lone_way *w, const lone_sight *v, size_t offset, int ahead, float t[RTK_BVH_WIDTH])
+{
     rtk_u32 bits = 0u;
     for (rtk_u32 h = 0u; h < RTK_BVH_WIDTH; h += NODE_N) {
-#define PLANE(side, k) NODE(msub)(NODE(load)((const float *)(const void *)(p + v->side[k]) + h), v->inv[k], v->start[k])
+#define PLANE(side, k) NODE(msub)(NODE(load)((const float *)(const void *)(w->side[k] + offset) + h), v->inv[k], v->start[k])
         const bvh_vec t0 = NODE(max)(NODE(max)(PLANE(in, 0), PLANE(in, 1)), NODE(max)(PLANE(in, 2), v->t0));
         const bvh_vec t1 = NODE(min)(NODE(min)(PLANE(out, 0), PLANE(out, 1)), NODE(min)(PLANE(out, 2), v->far));
 #undef PLANE
@@ -207,15 +236,16 @@ RTI_VEC rtk_u32 *lone_wait(rtk_u32 *top, rtk_u32 bits, const rtk_bvhnode *n)
 /* The way to the closest hit. leaf, refs: who is asked of leaves that stand in blocks, and of others. */
 RTI_VEC int lone_closest(lone *l, int large, int moved, lone_leaf leaf, lone_leaf refs)
 {
+    const lone_way w = lone_way_of(l);
     lone_stack s;
     lone_word *top = s.words + 1;
-    rtk_u32 at, count;
     s.words[0].t = -RTK_INF;
     s.words[LONE_STACK].n = 0u;
     s.words[2 * LONE_STACK].n = 0u;
     for (;;) { /* once a leaf */
         const float end = lone_end(l, moved), last = moved ? end - lone_first(l) : end;
         const lone_sight v = lone_sight_of(l, end);
+        rtk_u32 at, count;
         do {
             do {
                 if (top == s.words) {
@@ -228,18 +258,21 @@ RTI_VEC int lone_closest(lone *l, int large, int moved, lone_leaf leaf, lone_lea
             count = top[2 * LONE_STACK].n;
             while (count == 0u) {
                 float t[RTK_BVH_WIDTH];
-                const rtk_bvhnode *const n = lone_node(&v, at);
-                const rtk_u32 bits = lone_open(&v, n, moved, t);
+                const size_t offset = lone_offset(at);
+                const rtk_bvhnode *const n = lone_node(&w, offset);
+                const rtk_u32 bits = lone_open(&w, &v, offset, moved, t);
                 if (bits == 0u)
                     break;
                 lone_expect_slots(l, n, bits, large);
-                const size_t i = lone_choose(&top, n, bits, t);
-                at = n->child[i];
-                count = n->count[i];
+                lone_enter(n, lone_choose(&top, n, bits, t), &at, &count);
             }
         } while (count == 0u);
-        if (at >= 4u * l->tree->block_count ? refs(l, at, count) : leaf(l, at, count))
+        if (at < l->places) {
+            if (leaf(l, at, count))
+                return 1;
+        } else if (refs(l, at, count)) {
             return 1;
+        }
     }
 }
 
@@ -247,13 +280,15 @@ RTI_VEC int lone_closest(lone *l, int large, int moved, lone_leaf leaf, lone_lea
  * and a count. */
 RTI_VEC int lone_any(lone *l, int large, int moved, lone_leaf leaf, lone_leaf refs)
 {
+    const lone_way w = lone_way_of(l);
     rtk_u32 stack[2u * LONE_STACK], *top = stack, at = 0u, count = 0u;
     for (;;) { /* once a leaf */
         const lone_sight v = lone_sight_of(l, lone_end(l, moved));
         while (count == 0u) {
             float t[RTK_BVH_WIDTH];
-            const rtk_bvhnode *const n = lone_node(&v, at);
-            const rtk_u32 bits = lone_open(&v, n, 0, t);
+            const size_t offset = lone_offset(at);
+            const rtk_bvhnode *const n = lone_node(&w, offset);
+            const rtk_u32 bits = lone_open(&w, &v, offset, 0, t);
             if (bits == 0u) {
                 if (top == stack)
                     return 0;
@@ -263,18 +298,21 @@ RTI_VEC int lone_any(lone *l, int large, int moved, lone_leaf leaf, lone_leaf re
                 continue;
             }
             lone_expect_slots(l, n, bits, large);
-            const rtk_u32 i = (rtk_u32)__builtin_ctz(bits), rest = bits & (bits - 1u), more = rest & (rest - 1u);
+            const rtk_u32 rest = bits & (bits - 1u), more = rest & (rest - 1u);
             if (more != 0u)
                 top = lone_wait(top, more, n);
             if (rest != 0u) { /* most often the only one, and soon asked for */
                 *top++ = n->child[__builtin_ctz(rest)];
                 *top++ = n->count[__builtin_ctz(rest)];
             }
-            at = n->child[i];
-            count = n->count[i];
+            lone_enter(n, (rtk_u32)__builtin_ctz(bits), &at, &count);
         }
-        if (at >= 4u * l->tree->block_count ? refs(l, at, count) : leaf(l, at, count))
+        if (at < l->places) {
+            if (leaf(l, at, count))
+                return 1;
+        } else if (refs(l, at, count)) {
             return 1;
+        }
         if (top == stack)
             return 0;
         top -= 2;
@@ -331,6 +369,7 @@ RTI_VEC rti_m4 lone_turn_to(lone *l, const rtk_tree *tree, float scale, rti_f4 o
     rti_f4_store(l->start, start);
     l->back = rti_m4_bits(rti_f4_lt(inv, rti_f4_set(0.0f))) & 7u;
     l->tree = tree;
+    l->places = RTK_BVH_BLOCK * tree->block_count;
     l->scale = scale;
     l->late = RTK_INVALID;
     return rti_m4_and(rti_f4_le(rti_f4_abs(start), rti_f4_set(BVH_START_MOST)),
@@ -355,7 +394,7 @@ RTI_VEC int lone_group(rtk_query *q, rtk_u32 mode, const rtk_tree *tree, const r
     if (!lone_ready(&l, tree, r->scale, (rti_f4){r->org.x, r->org.y, r->org.z, 0.0f}, (rti_f4){dir[0], dir[1], dir[2], 0.0f},
                     (rti_f4){r->inv.x, r->inv.y, r->inv.z, 1.0f}))
         return 0;
-    rti_f4_store(l.org, (rti_f4){r->korg.x, r->korg.y, r->korg.z, r->tmin});
+    rti_f4_store(l.less, (rti_f4){-r->korg.x, -r->korg.y, -r->korg.z, r->tmin});
     rti_f4_store(l.dir, (rti_f4){dir[r->kx], dir[r->ky], r->kdz, r->tmax});
     l.sx = r->sx;
     l.sy = r->sy;

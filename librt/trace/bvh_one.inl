@@ -136,10 +136,12 @@ static int RTK_NAME(one)(const rtk_scene *scene, const rti_ray *ray, float time,
 {
     if (scene->flags & RTK_SCENE_MESH) {
         lone l;
-        const int end = lone_mesh(&l, RTK_MODE, scene, ray);
-        if (end >= 0) {
+        const int walks = lone_mesh(&l, RTK_MODE, scene, ray);
+        if (walks >= 0) {
             if (RTK_MODE & RTK_MODE_ANY)
-                return end;
+                return walks && lone_walk(&l, RTK_MODE);
+            if (walks)
+                lone_walk(&l, RTK_MODE);
             memcpy(hit, &l.best, sizeof l.best);
             return l.best.prim != RTK_INVALID;
         }

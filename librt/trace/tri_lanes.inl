@@ -15,7 +15,9 @@
 #define BOUNDS LANES_TYPE(rti_tri_bounds, RTI_N)
 #define INSIDE LANES_TYPE(rti_tri_inside, RTI_N)
 #define EDGES  LANES_TYPE(rti_tri_edges, RTI_N)
+#define AHEAD  LANES_TYPE(rti_tri_ahead, RTI_N)
 #define SHEAR  LANES_TYPE(rti_tri_shear, RTI_N)
+#define BEYOND LANES_TYPE(rti_tri_beyond, RTI_N)
 
 /* Of the prepared ray: korg, shear, and what the second half needs. */
 typedef struct RAY {
@@ -42,18 +44,26 @@ typedef struct BOUNDS {
     VEC deep, rough;
 } BOUNDS;
 
-RTI_VEC EDGES SHEAR(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes)
+/* Of corners less the ray's origin. */
+RTI_VEC EDGES AHEAD(const VEC x[3], const VEC y[3], const VEC z[3], VEC sx, VEC sy, uint32_t lanes)
 {
     const VEC zero = F(set)(0.0f);
     EDGES e;
-    e.az = a[2] - r->oz, e.bz = b[2] - r->oz, e.cz = c[2] - r->oz;
-    e.ax = (a[0] - r->ox) - r->sx * e.az, e.ay = (a[1] - r->oy) - r->sy * e.az;
-    e.bx = (b[0] - r->ox) - r->sx * e.bz, e.by = (b[1] - r->oy) - r->sy * e.bz;
-    e.cx = (c[0] - r->ox) - r->sx * e.cz, e.cy = (c[1] - r->oy) - r->sy * e.cz;
+    e.az = z[0], e.bz = z[1], e.cz = z[2];
+    e.ax = x[0] - sx * e.az, e.ay = y[0] - sy * e.az;
+    e.bx = x[1] - sx * e.bz, e.by = y[1] - sy * e.bz;
+    e.cx = x[2] - sx * e.cz, e.cy = y[2] - sy * e.cz;
     e.uu = e.cx * e.by - e.cy * e.bx, e.vv = e.ax * e.cy - e.ay * e.cx, e.ww = e.bx * e.ay - e.by * e.ax;
     const VEC lo = F(min)(F(min)(e.uu, e.vv), e.ww), hi = F(max)(F(max)(e.uu, e.vv), e.ww);
     e.keep = lanes & ~M(bits)(M(and)(F(lt)(lo, zero), F(lt)(zero, hi)));
     return e;
+}
+
+RTI_VEC EDGES SHEAR(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes)
+{
+    const VEC x[3] = {a[0] - r->ox, b[0] - r->ox, c[0] - r->ox}, y[3] = {a[1] - r->oy, b[1] - r->oy, c[1] - r->oy};
+    const VEC z[3] = {a[2] - r->oz, b[2] - r->oz, c[2] - r->oz};
+    return AHEAD(x, y, z, r->sx, r->sy, lanes);
 }
 
 /* Of `lanes` those whose rays' lines may pass through the triangle: the others have no hit there. */
@@ -92,18 +102,13 @@ RTI_VEC int READY(const RAY *r, const BOUNDS *known, int any, VEC z, VEC ahead, 
     return 1;
 }
 
-/* a[0] x, a[1] y, a[2] z of vertex 0 in the ray's order of axes, likewise b, c; lanes: those that count. Returns hit | doubt.
- * known: NULL, or what spares most of the bounds; tshift is 0 then. any: with it, of a hit t, u, v are not asked. */
-RTI_VEC uint32_t TOLD(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes, const BOUNDS *known, int any,
-                      RESULT *out)
+/* What TOLD tells of lanes that SHEAR has left, of which there are some. */
+RTI_VEC uint32_t BEYOND(const RAY *r, const EDGES *s, const BOUNDS *known, int any, RESULT *out)
 {
     const VEC zero = F(set)(0.0f);
-    const EDGES s = SHEAR(r, a, b, c, lanes);
-    const VEC ax = s.ax, ay = s.ay, az = s.az, bx = s.bx, by = s.by, bz = s.bz, cx = s.cx, cy = s.cy, cz = s.cz;
-    const VEC uu = s.uu, vv = s.vv, ww = s.ww;
-    uint32_t keep = s.keep;
-    if (__builtin_expect(keep == 0u, 1))
-        return 0u;
+    const VEC ax = s->ax, ay = s->ay, az = s->az, bx = s->bx, by = s->by, bz = s->bz, cx = s->cx, cy = s->cy, cz = s->cz;
+    const VEC uu = s->uu, vv = s->vv, ww = s->ww;
+    uint32_t keep = s->keep;
     VEC det = uu + vv + ww, size = F(abs)(det);
     if (!known)
         keep &= M(bits)(F(lt)(size, F(set)(RTK_INF)));
@@ -151,6 +156,17 @@ RTI_VEC uint32_t TOLD(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
     return out->hit | doubt;
 }
 
+/* a[0] x, a[1] y, a[2] z of vertex 0 in the ray's order of axes, likewise b, c; lanes: those that count. Returns hit | doubt.
+ * known: NULL, or what spares most of the bounds; tshift is 0 then. any: with it, of a hit t, u, v are not asked. */
+RTI_VEC uint32_t TOLD(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes, const BOUNDS *known, int any,
+                      RESULT *out)
+{
+    const EDGES s = SHEAR(r, a, b, c, lanes);
+    if (__builtin_expect(s.keep == 0u, 1))
+        return 0u;
+    return BEYOND(r, &s, known, any, out);
+}
+
 RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[3], uint32_t lanes, RESULT *out)
 {
     return TOLD(r, a, b, c, lanes, NULL, 0, out);
@@ -169,4 +185,6 @@ RTI_VEC uint32_t TEST(const RAY *r, const VEC a[3], const VEC b[3], const VEC c[
 #undef BOUNDS
 #undef INSIDE
 #undef EDGES
+#undef AHEAD
 #undef SHEAR
+#undef BEYOND

@@ -134,6 +134,78 @@ static void every_way_gives_the_same(void **state)
     rt_context_destroy(ctx);
 }
 
+/* Each ray by a call of its own, looking at the floating-point environment and by the caller's word. */
+static void ask_one_by_one(const rt_scene *scene, rt_context *ctx, many *m, size_t count)
+{
+    rt_tracer *brute;
+    const char *name;
+    kit_ok(ctx, rt_tracer_create(scene, "brute", &brute));
+    rt_tracer_intersect(brute, m->rays, m->truth, count, 0);
+    rt_tracer_occluded(brute, m->rays, m->true_dark, count, 0);
+    for (uint32_t n = 0; (name = rt_tracer_at(n, NULL)) != NULL; n++) {
+        rt_tracer *t;
+        kit_ok(ctx, rt_tracer_create(scene, name, &t));
+        for (uint32_t hints = 0; hints <= RT_RAYS_DEFAULT_FENV; hints += RT_RAYS_DEFAULT_FENV) {
+            memset(m->hits, 0x55, sizeof m->hits);
+            memset(m->dark, 0x55, sizeof m->dark);
+            for (size_t i = 0; i < count; i++) {
+                rt_tracer_intersect(t, &m->rays[i], &m->hits[i], 1, hints);
+                rt_tracer_occluded(t, &m->rays[i], &m->dark[i], 1, hints);
+            }
+            assert_memory_equal(m->hits, m->truth, count * sizeof(rt_hit));
+            assert_memory_equal(m->dark, m->true_dark, count);
+        }
+        rt_tracer_destroy(t);
+    }
+    rt_tracer_destroy(brute);
+}
+
+/* Bodies and an instance; then nothing but triangles, around the least and the greatest scale for which one ray a call is not
+ * asked whether its numbers are near the ends of the floats' range (RTK_MESH_LEAST, RTK_MESH_MOST), and far beyond. */
+static void one_ray_a_call(void **state)
+{
+    static const float scales[] = {1e-21f, 0.9e-18f, 2e-18f, 3e-18f, 1.0f, 3e5f, 5e5f, 7e5f, 1e9f};
+    static const float longest[] = {1.0f, 1.1e-18f, 0.9e18f};
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *child, *scene = crowd(ctx, &child);
+    many *m = aligned_alloc(64, (sizeof *m + 63) / 64 * 64);
+    uint32_t seed = 5;
+    (void)state;
+    assert_non_null(m);
+    fill(m->rays, MOST);
+    ask_one_by_one(scene, ctx, m, 900);
+    rt_scene_destroy(scene);
+    rt_scene_destroy(child);
+    for (size_t k = 0; k < sizeof scales / sizeof *scales; k++) {
+        const float s = scales[k];
+        size_t met = 0;
+        scene = kit_scene(ctx);
+        for (int i = 0; i < 12; i++)
+            kit_square(scene, s * (1.0f + 0.3f * (float)i), s * -0.5f * (float)i);
+        kit_ok(ctx, rt_scene_commit(scene, NULL));
+        for (size_t i = 0; i < 900; i++) {
+            float r[5];
+            for (int j = 0; j < 5; j++) {
+                seed = seed * 1664525u + 1013904223u;
+                r[j] = (float)(seed >> 8) / 8388608.0f - 1.0f;
+            }
+            const float d = longest[i % 3], along = i % 2 ? -d : d;
+            m->rays[i] = kit_ray(r[0] * s, r[1] * s, (4.0f * r[2] - 1.0f) * s, i % 5 ? 0.4f * r[3] * d : 0.0f,
+                                 i % 7 ? 0.4f * r[4] * d : 1e-30f * r[4], along);
+            m->rays[i].tmin = i % 4 ? 0.0f : 0.5f * s / d;
+            if (i % 11 == 0)
+                m->rays[i].tmax = i % 2 ? m->rays[i].tmin : NAN;
+        }
+        ask_one_by_one(scene, ctx, m, 900);
+        for (size_t i = 0; i < 900; i++)
+            met += m->truth[i].prim_id != RT_INVALID_ID;
+        assert_true(met > 200 && met < 800);
+        rt_scene_destroy(scene);
+    }
+    free(m);
+    rt_context_destroy(ctx);
+}
+
 static void a_tracer_holds_its_snapshot(void **state)
 {
     rt_context *ctx = kit_context(NULL, 1);
@@ -286,9 +358,13 @@ static void coherence_is_seen(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_way_gives_the_same), cmocka_unit_test(a_tracer_holds_its_snapshot),
-        cmocka_unit_test(what_is_wrong_is_said),    cmocka_unit_test(memory_may_lack),
-        cmocka_unit_test(triangles_come_out),       cmocka_unit_test(coherence_is_seen),
+        cmocka_unit_test(every_way_gives_the_same),
+        cmocka_unit_test(one_ray_a_call),
+        cmocka_unit_test(a_tracer_holds_its_snapshot),
+        cmocka_unit_test(what_is_wrong_is_said),
+        cmocka_unit_test(memory_may_lack),
+        cmocka_unit_test(triangles_come_out),
+        cmocka_unit_test(coherence_is_seen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -13,7 +13,8 @@ const bench_option bench_option_table[] = {
     {"--builders", "NAME,...", "builders of the trees, as rt_commit_desc has them; auto"},
     {"--inputs", "NAME,...",
      "blocks (of 16 rays), single (blocks without a hint), array (plain), one (plain, a call of rt_tracer_intersect or "
-     "rt_tracer_occluded for each ray), scene (rt_scene_intersect itself, the tracer auto alone); blocks"},
+     "rt_tracer_occluded for each ray, with RT_RAYS_DEFAULT_FENV), scene (rt_scene_intersect itself, the tracer auto alone); "
+     "blocks"},
     {"--threads", "N,...", "threads that trace and build; 1"},
     {"--grab", "N",
      "rays a thread takes at a time, a multiple of 16 from 16 to 1048576; several threads take fewer towards the end; 16384"},
