@@ -90,6 +90,21 @@ RTI_VEC int lone_begin(lone *l, const rtk_scene *scene, const rti_ray *ray, lone
     return lone_all(lone_start(l, scene, ray, g)) && lone_ranged(ray, g);
 }
 
+/* As that, of a ray that meets no triangles before the top level: for it the order of axes is not found. */
+RTI_VEC int lone_begin_top(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
+{
+    const rti_f4 dir = rti_f4_load(ray->dir), size = rti_f4_abs(dir), top = rti_f4_set(RTK_INV_MAX);
+    g->org = rti_f4_load(ray->org);
+    g->inv = rti_f4_min(rti_f4_max(rti_f4_set(1.0f) / dir, -top), top);
+    g->most = rtk_max(rtk_max(size[0], size[1]), size[2]);
+    rti_f4_store(l->less, g->org); /* the range alone is asked for, */
+    rti_f4_store(l->dir, dir);     /* likewise */
+    l->scene = scene;
+    l->ray = ray;
+    l->outer = 0.0f;
+    return lone_all(rti_f4_le(size, rti_f4_set(RTK_DIR_MAX))) && lone_ranged(ray, g);
+}
+
 _Static_assert(offsetof(rtk_part, lo) == 0 && offsetof(rtk_part, hi) == 12 && offsetof(rtk_part, scale) == 24,
                "a part's corners can be loaded with what stands behind them");
 
@@ -282,7 +297,10 @@ RTI_VEC int lone_instance(const rtk_scene *scene, rtk_u32 mode, const rti_ray *r
     l.outer = outer;
     l.low = ray->tmin;
     l.high = ray->tmax;
-    l.best = *best;
+    if (mode & RTK_MODE_ANY)
+        l.best.t = ray->tmax;
+    else
+        l.best = *best;
     end = lone_parts(&l, mode, &given, g);
     if (!(mode & RTK_MODE_ANY) && end == 0)
         *best = l.best;

@@ -360,29 +360,28 @@ RTI_VEC int lone_all(rti_m4 m)
     return (rti_m4_bits(m) & 7u) == 7u;
 }
 
-/* What both kinds of rays share: inv as rtk_inverse has it, org in the caller's order of axes, of four lanes three count. Returns
- * the lanes that are not too near to the ends of the floats' range to meet boxes by plane * inv - start. */
-RTI_VEC rti_m4 lone_turn_to(lone *l, const rtk_tree *tree, float scale, rti_f4 org, rti_f4 inv)
+/* What both kinds of rays share: inv as rtk_inverse has it, org in the caller's order of axes, of four lanes three count. */
+RTI_VEC void lone_turn_to(lone *l, const rtk_tree *tree, float scale, rti_f4 org, rti_f4 inv)
 {
-    const rti_f4 start = org * inv;
     rti_f4_store(l->inv, inv);
-    rti_f4_store(l->start, start);
+    rti_f4_store(l->start, org * inv);
     l->back = rti_m4_bits(rti_f4_lt(inv, rti_f4_set(0.0f))) & 7u;
     l->tree = tree;
     l->places = RTK_BVH_BLOCK * tree->block_count;
     l->scale = scale;
     l->late = RTK_INVALID;
-    return rti_m4_and(rti_f4_le(rti_f4_abs(start), rti_f4_set(BVH_START_MOST)),
-                      rti_f4_le(rti_f4_set(BVH_START_LEAST), rti_f4_abs(inv) * rti_f4_set(scale)));
 }
 
-/* As that, and ready for spheres, too. 0: some lane does not fit. */
+/* As that, and ready for spheres, too. 0: it is too near to the ends of the floats' range to meet boxes by plane * inv - start. */
 RTI_VEC int lone_ready(lone *l, const rtk_tree *tree, float scale, rti_f4 org, rti_f4 dir, rti_f4 inv)
 {
-    const rti_m4 fits = lone_turn_to(l, tree, scale, org, inv);
+    lone_turn_to(l, tree, scale, org, inv);
     if (tree->ball_count != 0u)
         lone_ball_ready(l, org, dir);
-    return lone_all(fits);
+    if (__builtin_expect(scale >= RTK_MESH_LEAST && scale <= RTK_MESH_MOST, 1))
+        return 1;
+    return lone_all(rti_m4_and(rti_f4_le(rti_f4_abs(org * inv), rti_f4_set(BVH_START_MOST)),
+                               rti_f4_le(rti_f4_set(BVH_START_LEAST), rti_f4_abs(inv) * rti_f4_set(scale))));
 }
 
 /* A prepared ray through a tree whose hits all count; 0: this is not for it. end: as lone_walk returns. */

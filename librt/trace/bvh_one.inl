@@ -62,7 +62,7 @@ static int RTK_NAME(one_instances)(rtk_query *q)
     rti_f4_store(ray.org, (rti_f4){q->ray.org.x, q->ray.org.y, q->ray.org.z, q->ray.tmin});
     rti_f4_store(ray.dir, (rti_f4){q->ray.dir.x, q->ray.dir.y, q->ray.dir.z, q->ray.tmax});
     ray.mask = q->ray.mask;
-    if (!lone_begin(&l, s, &ray, &given))
+    if (!lone_begin_top(&l, s, &ray, &given))
         return 0;
     l.best = q->best;
     end = lone_top_ready(&l, &given, s, &s->top_bvh, &apart);
@@ -109,7 +109,8 @@ RTI_APART int RTK_NAME(one_mixed)(const rtk_scene *scene, const rti_ray *ray, fl
     rti_ray apart;
     lone l;
     int end;
-    if (!lone_fits(scene) || ray->mask == 0u || !lone_begin(&l, scene, ray, &given))
+    if (!lone_fits(scene) || ray->mask == 0u ||
+        !(scene->groups->part_count == 0u ? lone_begin_top(&l, scene, ray, &given) : lone_begin(&l, scene, ray, &given)))
         return RTK_NAME(one_other)(scene, ray, time, hit);
     l.inst = RTK_INVALID;
     lone_keep(&l, ray->tmax, 0.0f, 0.0f, RTK_INVALID, RTK_INVALID);
