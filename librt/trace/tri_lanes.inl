@@ -44,7 +44,7 @@ typedef struct BOUNDS {
     VEC deep, rough;
 } BOUNDS;
 
-/* Of corners less the ray's origin. */
+/* The first half, of corners less the ray's origin. */
 RTI_VEC EDGES AHEAD(const VEC x[3], const VEC y[3], const VEC z[3], VEC sx, VEC sy, uint32_t lanes)
 {
     const VEC zero = F(set)(0.0f);

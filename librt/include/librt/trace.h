@@ -39,16 +39,16 @@ RT_API void rt_tracer_get_info(const rt_tracer *tracer, rt_tracer_info *info);
 /** What is known of the rays of one call. A hint never changes an answer; a wrong one costs time. Without a hint nothing is known; rt_scene_intersect and
  *  rt_scene_occluded, which take none, look at the rays themselves. */
 enum {
-    RT_RAYS_COHERENT = 1,     /**< neighbours in the array start near each other and run nearly alike: of a camera, or towards one point */
+    RT_RAYS_COHERENT = 1,      /**< neighbours in the array start near each other and run nearly alike: of a camera, or towards one point */
     RT_RAYS_COMMON_ORIGIN = 2, /**< all rays start at exactly the same point; no tracer of today is faster for knowing it */
-    RT_RAYS_DEFAULT_FENV = 4   /**< no hint but the caller's word: this thread computes as C programs begin, FE_DFL_ENV, rounding to nearest with
-                                *   denormals kept and exceptions masked. A call for one ray then need not look, which it does otherwise and puts right
-                                *   for its time (some 3 ns). Where it is not so, hits are not what they should be, or a trap ends the program */
+    RT_RAYS_DEFAULT_FENV = 4   /**< no hint but the caller's word: this thread computes in the floating-point environment that C programs begin in (FE_DFL_ENV:
+                                *   to nearest, denormals kept, exceptions masked). A call for one ray then does not look, 3 to 6 ns, at what it would
+                                *   otherwise put right for its time. Where the word is not kept, hits may be others, or a trap ends the program */
 };
 
 /** Closest hits, as rt_scene_intersect. hints: RT_RAYS_* or 0. Errors none. Threads any number. Owner keeps no pointer; memory as there. A call may be for one ray,
- *  which then costs some 12 ns beside its way through the tree, and 9 with RT_RAYS_DEFAULT_FENV; but rays that come together share that way: a thousand in a call go 2 to 10 times as fast
- *  (examples/many_rays.c measures it). rt_scene_intersect asks for the snapshot at each call, for some 15 ns. */
+ *  which then costs some 12 ns beside its way through the tree, and 7 with RT_RAYS_DEFAULT_FENV; but rays that come together share that way: a thousand in a call
+ *  go 2 to 10 times as fast (examples/many_rays.c measures it). rt_scene_intersect asks for the snapshot at each call, for some 15 ns. */
 RT_API void rt_tracer_intersect(const rt_tracer *tracer, const rt_ray *rays, rt_hit *hits, size_t count, uint32_t hints);
 /** Any hit, as rt_scene_occluded. */
 RT_API void rt_tracer_occluded(const rt_tracer *tracer, const rt_ray *rays, uint8_t *occluded, size_t count, uint32_t hints);
