@@ -26,8 +26,7 @@ RTK_FN rtk_vec3 rtk_gradient(rtk_vec3 low, rtk_vec3 top, rtk_vec3 d)
 RTK_FN float rtk_sky_u(rtk_vec3 d) { return rtk_atan2(d.x, -d.z) / (2.0f * RTK_PI) + 0.5f; }
 RTK_FN float rtk_sky_v(rtk_vec3 d) { return 1.0f - rtk_acos(rtk_clamp(d.y, -1.0f, 1.0f)) / RTK_PI; }
 
-/* Radiance of the world in unit direction d: gradient by height, or the equirectangular map. spread: angle the ray's cone covers.
- */
+/* Radiance of the world in unit direction d: gradient by height, or the equirectangular map. spread: angle of the cone. */
 RTK_FN rtk_vec3 rtk_background(RT_GLOBAL const rtk_scene *scene, rtk_vec3 d, float spread)
 {
     RT_GLOBAL const rtk_world *w = scene->world;

@@ -102,6 +102,10 @@ RTK_FN int rtk_finite(float x)
 #define RTK_DIR_MIN 1.0e-18f
 #define RTK_DIR_MAX 1.0e18f
 
+/* Are a valid ray's inverse, and its origin times that where it starts near a part of such a scale, far from the ends of the
+ * floats' range? (RTK_FAR scale RTK_INV_MAX <= BVH_START_MOST, and scale / RTK_DIR_MAX >= BVH_START_LEAST.) */
+RTK_FN int rtk_scale_ordinary(float scale) { return scale >= 2.0e-17f && scale <= 2.0e6f; }
+
 /* Zero, denormal, infinite or NaN directions and origins, a NaN range and tmin >= tmax: such a ray misses everything, everywhere.
  */
 RTK_FN int rtk_ray_valid(rtk_ray r)

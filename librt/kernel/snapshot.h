@@ -362,9 +362,7 @@ typedef struct rtk_scene {
 #define RTK_SCENE_TRANSPARENT 1u /* some material lets shadow rays through */
 #define RTK_SCENE_ALPHA 2u
 #define RTK_SCENE_MOVING 4u /* some instance moves: rays have times */
-#define RTK_SCENE_MESH 8u /* nothing but triangles of its own, of a plain group in one part of a scale as here */
-#define RTK_MESH_LEAST 2.0e-17f /* a valid ray's inverse and, from near, its origin times that stay so far from the ends of the */
-#define RTK_MESH_MOST  2.0e6f   /* floats' range that nobody who meets boxes so need ask (BVH_START_MOST, BVH_START_LEAST) */
+#define RTK_SCENE_MESH 8u /* nothing but triangles of its own, of a plain group in one part of an ordinary scale */
 #define RTK_SCENE_BODIES 16u /* shapes in a group that is not the scene's own */
 
 #endif

@@ -164,7 +164,7 @@ void rti_arrays_intersect(const rti_snapshot *snapshot, const rti_tracer *tracer
                           rt_hit *hits, size_t count, uint32_t flags)
 {
     if (count == 1)
-        rti_arrays_intersect_one(snapshot, tracer, rays, times ? times[0] : 0.0f, hits);
+        rti_arrays_intersect_one(snapshot, tracer, rays, times ? times[0] : 0.0f, hits, false);
     else if (count < RTI_ARRAYS_ALONE)
         intersect_alone(snapshot, tracer, rays, times, hits, count);
     else
@@ -206,7 +206,7 @@ void rti_arrays_occluded(const rti_snapshot *snapshot, const rti_tracer *tracer,
                          uint8_t *occluded, size_t count, uint32_t flags)
 {
     if (count == 1)
-        rti_arrays_occluded_one(snapshot, tracer, rays, times ? times[0] : 0.0f, occluded);
+        rti_arrays_occluded_one(snapshot, tracer, rays, times ? times[0] : 0.0f, occluded, false);
     else if (count < RTI_ARRAYS_ALONE)
         occluded_alone(snapshot, tracer, rays, times, occluded, count);
     else

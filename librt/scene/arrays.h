@@ -35,17 +35,25 @@ static inline rti_hit *rti_hit_at(rt_hit *hit)
     return (rti_hit *)(void *)hit;
 }
 
-/* One ray, for which no batch is made. */
+/* One ray, for which no batch is made. vouched: the caller has given RT_RAYS_DEFAULT_FENV. */
 static inline void rti_arrays_intersect_one(const rti_snapshot *snapshot, const struct rti_tracer *tracer, const rt_ray *ray,
-                                            float time, rt_hit *hit)
+                                            float time, rt_hit *hit, bool vouched)
 {
+    if (vouched) {
+        tracer->one(&snapshot->view, rti_ray_at(ray), time, rti_hit_at(hit));
+        return;
+    }
     const rti_fpenv env = rti_fp_enter();
     tracer->one(&snapshot->view, rti_ray_at(ray), time, rti_hit_at(hit));
     rti_fp_leave(env);
 }
 static inline void rti_arrays_occluded_one(const rti_snapshot *snapshot, const struct rti_tracer *tracer, const rt_ray *ray,
-                                           float time, uint8_t *occluded)
+                                           float time, uint8_t *occluded, bool vouched)
 {
+    if (vouched) {
+        *occluded = tracer->one(&snapshot->view, rti_ray_at(ray), time, NULL) != 0;
+        return;
+    }
     const rti_fpenv env = rti_fp_enter();
     *occluded = tracer->one(&snapshot->view, rti_ray_at(ray), time, NULL) != 0;
     rti_fp_leave(env);

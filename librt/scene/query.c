@@ -15,7 +15,7 @@ uint32_t rti_snapshot_tree(const rti_snapshot *snapshot)
 
 void rti_rays_gather(const rt_context *ctx, const rt_ray *rays, uint32_t count, rtk_trace_block *out)
 {
-    rti_turn_at(rti_context_isa(ctx))->rays((const rti_ray *)(const void *)rays, count, out);
+    rti_turn_at(rti_context_isa(ctx))->rays(rti_ray_at(rays), count, out);
 }
 
 static rt_hit hit_at(const rtk_hit_block *b, uint32_t k)

@@ -195,8 +195,7 @@ uint32_t rti_trace_flags(const rtk_scene *scene)
 {
     const rtk_group *g = scene->groups;
     const bool alone = scene->instance_count == 0 && g->shape_count == 0 && g->plane_count == 0;
-    const bool mesh = alone && g->part_count == 1 && (g->flags & RTK_GROUP_PLAIN) && g->parts[0].scale >= RTK_MESH_LEAST &&
-                      g->parts[0].scale <= RTK_MESH_MOST;
+    const bool mesh = alone && g->part_count == 1 && (g->flags & RTK_GROUP_PLAIN) && rtk_scale_ordinary(g->parts[0].scale);
     uint32_t flags = mesh ? RTK_SCENE_MESH : 0u;
     for (uint32_t k = 1; k < scene->group_count; k++)
         flags |= scene->groups[k].shape_count != 0 ? RTK_SCENE_BODIES : 0u;

@@ -94,20 +94,16 @@ static uint32_t flags_of(uint32_t hints)
 
 void rt_tracer_intersect(const rt_tracer *tracer, const rt_ray *rays, rt_hit *hits, size_t count, uint32_t hints)
 {
-    if (count == 1 && (hints & RT_RAYS_DEFAULT_FENV))
-        tracer->how->one(&tracer->snapshot->view, rti_ray_at(rays), 0.0f, rti_hit_at(hits));
-    else if (count == 1)
-        rti_arrays_intersect_one(tracer->snapshot, tracer->how, rays, 0.0f, hits);
+    if (count == 1)
+        rti_arrays_intersect_one(tracer->snapshot, tracer->how, rays, 0.0f, hits, (hints & RT_RAYS_DEFAULT_FENV) != 0);
     else
         rti_arrays_intersect(tracer->snapshot, tracer->how, rays, NULL, hits, count, flags_of(hints));
 }
 
 void rt_tracer_occluded(const rt_tracer *tracer, const rt_ray *rays, uint8_t *occluded, size_t count, uint32_t hints)
 {
-    if (count == 1 && (hints & RT_RAYS_DEFAULT_FENV))
-        *occluded = tracer->how->one(&tracer->snapshot->view, rti_ray_at(rays), 0.0f, NULL) != 0;
-    else if (count == 1)
-        rti_arrays_occluded_one(tracer->snapshot, tracer->how, rays, 0.0f, occluded);
+    if (count == 1)
+        rti_arrays_occluded_one(tracer->snapshot, tracer->how, rays, 0.0f, occluded, (hints & RT_RAYS_DEFAULT_FENV) != 0);
     else
         rti_arrays_occluded(tracer->snapshot, tracer->how, rays, NULL, occluded, count, flags_of(hints));
 }

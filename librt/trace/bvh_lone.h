@@ -98,7 +98,7 @@ RTI_APART int lone_ask_plain(lone *l, rtk_u32 mode, rtk_u32 ref)
         if (!rtk_ray_prepare(ray, part->lo, part->hi, part->scale, &prepared))
             return 0; /* never: lone_part and lone_mesh ask the same */
     }
-    if (mode & RTK_MODE_ANY)
+    if (mode & RTK_MODE_ANY) /* of which none is the best */
         return rtk_query_prim(q, mode, r, ref);
     q->best = l->best;
     end = rtk_query_prim(q, mode, r, ref);

@@ -57,25 +57,31 @@ RTI_VEC rti_f4 lone_less(rti_f4 a)
     return (rti_f4){all[0], all[1], all[2], a[3]};
 }
 
-/* A ray made ready, but for what a group and its parts bring. Returns the lanes in which its direction is not too great. */
-RTI_VEC rti_m4 lone_start(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
+/* What is asked of a ray whatever it meets, but for `most`. Returns the lanes in which its direction is not too great. */
+RTI_VEC rti_m4 lone_receive(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
 {
     const rti_f4 dir = rti_f4_load(ray->dir), top = rti_f4_set(RTK_INV_MAX);
+    g->org = rti_f4_load(ray->org);
+    g->inv = rti_f4_min(rti_f4_max(rti_f4_set(1.0f) / dir, -top), top); /* rtk_inverse: what it calls zero is clamped here */
+    l->scene = scene;
+    l->ray = ray;
+    l->outer = 0.0f;
+    return rti_f4_le(rti_f4_abs(dir), rti_f4_set(RTK_DIR_MAX));
+}
+
+/* A ray made ready, but for what a group and its parts bring. Returns as that. */
+RTI_VEC rti_m4 lone_start(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
+{
     const rti_f4 left = rti_f4_abs(rti_f4_take(ray->dir, lone_left)), right = rti_f4_abs(rti_f4_take(ray->dir, lone_right));
     const lone_order *order = &lone_orders[rti_m4_bits(rti_f4_lt(right, left)) & 7u];
     const rti_f4 along = rti_f4_take(ray->dir, order->axes), shear = along / rti_f4_set(along[2]);
-    g->org = rti_f4_load(ray->org);
-    g->inv = rti_f4_min(rti_f4_max(rti_f4_set(1.0f) / dir, -top), top); /* rtk_inverse: what it calls zero is clamped here */
     rti_f4_store(l->less, lone_less(rti_f4_take(ray->org, order->axes)));
     rti_f4_store(l->dir, along);
     memcpy(l->row, order->row, sizeof l->row);
     l->sx = shear[0];
     l->sy = shear[1];
-    l->scene = scene;
-    l->ray = ray;
-    l->outer = 0.0f;
     g->most = along[2];
-    return rti_f4_le(rti_f4_abs(dir), rti_f4_set(RTK_DIR_MAX));
+    return lone_receive(l, scene, ray, g);
 }
 
 /* But for that, is it one that may hit anything? */
@@ -93,16 +99,11 @@ RTI_VEC int lone_begin(lone *l, const rtk_scene *scene, const rti_ray *ray, lone
 /* As that, of a ray that meets no triangles before the top level: for it the order of axes is not found. */
 RTI_VEC int lone_begin_top(lone *l, const rtk_scene *scene, const rti_ray *ray, lone_given *g)
 {
-    const rti_f4 dir = rti_f4_load(ray->dir), size = rti_f4_abs(dir), top = rti_f4_set(RTK_INV_MAX);
-    g->org = rti_f4_load(ray->org);
-    g->inv = rti_f4_min(rti_f4_max(rti_f4_set(1.0f) / dir, -top), top);
+    const rti_f4 dir = rti_f4_load(ray->dir), size = rti_f4_abs(dir);
     g->most = rtk_max(rtk_max(size[0], size[1]), size[2]);
-    rti_f4_store(l->less, g->org); /* the range alone is asked for, */
-    rti_f4_store(l->dir, dir);     /* likewise */
-    l->scene = scene;
-    l->ray = ray;
-    l->outer = 0.0f;
-    return lone_all(rti_f4_le(size, rti_f4_set(RTK_DIR_MAX))) && lone_ranged(ray, g);
+    rti_f4_store(l->less, rti_f4_load(ray->org)); /* the range alone is asked for, */
+    rti_f4_store(l->dir, dir);                    /* likewise */
+    return lone_all(lone_receive(l, scene, ray, g)) && lone_ranged(ray, g);
 }
 
 _Static_assert(offsetof(rtk_part, lo) == 0 && offsetof(rtk_part, hi) == 12 && offsetof(rtk_part, scale) == 24,
@@ -217,7 +218,7 @@ RTI_VEC int lone_mesh(lone *l, rtk_u32 mode, const rtk_scene *scene, const rti_r
     lone_given g;
     rti_m4 fit = lone_start(l, scene, ray, &g);
     fit = rti_m4_and(fit, lone_near(rti_f4_abs(g.org), part->scale));
-    lone_turn_to(l, &part->bvh, part->scale, g.org, g.inv); /* it fits: the part's scale is neither great nor small */
+    lone_turn_to(l, &part->bvh, part->scale, g.org, g.inv); /* it fits: the part's scale is ordinary */
     if (__builtin_expect(!lone_all(fit) || !(rtk_fabs(g.most) >= RTK_DIR_MIN) || ray->mask == 0u || l->places == 0u, 0))
         return -1;
     lone_slab(&g, rti_f4_load(box), rti_f4_load(box + 3), &t0, &t1);

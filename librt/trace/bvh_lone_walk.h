@@ -378,7 +378,7 @@ RTI_VEC int lone_ready(lone *l, const rtk_tree *tree, float scale, rti_f4 org, r
     lone_turn_to(l, tree, scale, org, inv);
     if (tree->ball_count != 0u)
         lone_ball_ready(l, org, dir);
-    if (__builtin_expect(scale >= RTK_MESH_LEAST && scale <= RTK_MESH_MOST, 1))
+    if (__builtin_expect(rtk_scale_ordinary(scale), 1))
         return 1;
     return lone_all(rti_m4_and(rti_f4_le(rti_f4_abs(org * inv), rti_f4_set(BVH_START_MOST)),
                                rti_f4_le(rti_f4_set(BVH_START_LEAST), rti_f4_abs(inv) * rti_f4_set(scale))));

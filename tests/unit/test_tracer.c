@@ -161,7 +161,7 @@ static void ask_one_by_one(const rt_scene *scene, rt_context *ctx, many *m, size
 }
 
 /* Bodies and an instance; then nothing but triangles, around the least and the greatest scale for which one ray a call is not
- * asked whether its numbers are near the ends of the floats' range (RTK_MESH_LEAST, RTK_MESH_MOST), and far beyond. */
+ * asked whether its numbers are near the ends of the floats' range (rtk_scale_ordinary), and far beyond. */
 static void one_ray_a_call(void **state)
 {
     static const float scales[] = {1e-21f, 0.9e-18f, 2e-18f, 3e-18f, 1.0f, 3e5f, 5e5f, 7e5f, 1e9f};
