@@ -31,4 +31,31 @@ RTI_VEC rtk_u32 rays_approach(const packet_rays *r, const rtk_part *part, rtk_u3
     return left | (far & ~(VM(bits)(V(le)(V(abs)(org[0] + org[1] + org[2]), most)) & VM(bits)(V(le)(V(abs)(*shift), most))));
 }
 
+/* Of `far`, which start far away, moves the origins; t0, t1: of them, where they are inside the part, from there. Returns those
+ * that enter it then (rtk_ray_prepare); the others of them miss it. Of lanes that do not start far away org is theirs, and shift
+ * 0. */
+RTI_VEC rtk_u32 rays_move(const packet_rays *r, const rtk_part *part, rtk_u32 far, vec org[3], vec *shift, vec *t0, vec *t1)
+{
+    const float lo[3] = {part->lo.x, part->lo.y, part->lo.z}, hi[3] = {part->hi.x, part->hi.y, part->hi.z};
+    const vmask go = VM(of)(far);
+    vec to[3], in = V(set)(-RTK_INF), out = V(set)(RTK_INF);
+    for (rtk_u32 k = 0u; k < 3u; k++)
+        org[k] = r->org[k];
+    *shift = V(set)(0.0f);
+    if (far == 0u)
+        return 0u;
+    far &= ~rays_approach(r, part, far, to, shift);
+    for (rtk_u32 k = 0u; k < 3u; k++) {
+        const vec x = (V(set)(lo[k]) - to[k]) * r->inv[k], y = (V(set)(hi[k]) - to[k]) * r->inv[k];
+        in = V(max)(in, V(min)(x, y));
+        out = V(min)(out, V(max)(x, y));
+        org[k] = V(select)(go, to[k], r->org[k]);
+    }
+    *shift = V(select)(go, *shift, V(set)(0.0f));
+    *t0 = V(select)(go, in, *t0);
+    *t1 = V(select)(go, out, *t1);
+    far &= VM(bits)(V(le)(in, out)) & ~VM(bits)(V(lt)(*shift + out, r->tmin));
+    return far & ~VM(bits)(V(lt)(r->tmax, *shift + in));
+}
+
 #endif

@@ -2,10 +2,11 @@
  *
  * Such rays' origins are moved (rtk_ray_approach), and t of a hit is the sum of the shift and of what the leaf test gives from
  * there, rounded. Streams of closest hits know such sums (bvh_stream.h), and the walk of one ray. For any hits, among other
- * shapes and through the top level a batch is copied with its origins moved, and with ranges of exactly those t whose sums lie in
- * the given ones; so any tracer of batches finds what there is in it, and the nearest from the new origin is the nearest of all.
- * What that leaves open are others whose sums are equal to its own: they lie between it and the least t whose sum is greater, and
- * any hit of the rays there is asked for, by the same means. Rays that have one, which are rare, go by themselves. */
+ * shapes and through the top level of several instances a batch is copied with its origins moved, and with ranges of exactly
+ * those t whose sums lie in the given ones; so any tracer of batches finds what there is in it, and the nearest from the new
+ * origin is the nearest of all. What that leaves open are others whose sums are equal to its own: they lie between it and the
+ * least t whose sum is greater, and any hit of the rays there is asked for, by the same means. Rays that have one, which are
+ * rare, go by themselves. */
 #ifndef RTI_BVH_MOVED_H
 #define RTI_BVH_MOVED_H
 

@@ -51,12 +51,13 @@ static void RTK_NAME(moved_ties)(moved *a, const rtk_scene *scene, const rtk_tra
 #endif
 
 #if !(RTK_MODE & 1)
-/* Closest hits among triangles and spheres: in streams that know such sums. */
-static void RTK_NAME(moved_streams)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint32_t count,
-                                    rti_scratch *scratch, int coherent)
+/* Closest hits among triangles and spheres: in streams that know such sums. outer: as theirs. */
+static void RTK_NAME(moved_streams)(const rtk_scene *scene, const rtk_trace_block *rays, const float *outer, rtk_hit_block *hits,
+                                    uint32_t count, rti_scratch *scratch, int coherent)
 {
     streams *a = scratch->room;
     streams_begin(a, scene, rays, hits, NULL, scratch);
+    a->outer = outer;
     streams_part(a, RTK_MODE | STREAM_MOVED, scene->groups->parts, &scene->groups->parts->bvh, rays, count, coherent);
     RTK_NAME(stream_runs) *const run = a->mixed ? RTK_NAME(stream_run_moved_mixed) : RTK_NAME(stream_run_moved);
     for (rtk_u32 first = 0u; first < count; first += PACKET) {
@@ -82,7 +83,7 @@ static void RTK_NAME(moved)(const rtk_scene *scene, const rtk_trace_block *rays,
     (void)coherent;
 #if !(RTK_MODE & 1)
     if (!together) {
-        RTK_NAME(moved_streams)(scene, rays, hits, count, scratch, coherent);
+        RTK_NAME(moved_streams)(scene, rays, NULL, hits, count, scratch, coherent);
         return;
     }
 #endif

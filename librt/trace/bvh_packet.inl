@@ -23,10 +23,9 @@ static void RTK_NAME(stream_alone)(streams *a, rtk_u32 number)
 {
     rtk_query q;
     rtk_pray r;
-    stream_query(a, number, &q);
-    if (!rtk_ray_prepare(q.ray, a->part->lo, a->part->hi, a->part->scale, &r))
+    if (!stream_ready(a, number, &q, &r))
         return;
-    if (RTK_NAME(group_walk)(&q, a->tree, a->part->count, &r, 0.0f))
+    if (RTK_NAME(group_walk)(&q, a->tree, a->part->count, &r, q.outer))
         stream_occluded(a, number);
     else if (!(RTK_MODE & RTK_MODE_ANY))
         stream_keep(a, number, q.best);

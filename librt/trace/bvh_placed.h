@@ -4,11 +4,13 @@
  * Lists of rays go through the top level's nodes as they go through a stream's: a node is opened once for all rays that come to
  * it, the slots wait with the lists of those that enter them, the nearest on top; where there is no room for lists, half of the
  * rays go on while the others wait. A node's slots are met by as many rays at a time as vectors have lanes, and a list is put
- * together by bits; a ray stands in two records of eight words. An instance gets the list of its leaf. Its rays are moved into the
- * group's space as one ray is (rtk_instance_ray), so whatever the group's tracer finds of them is what it would find of each by
- * itself. They end at their best hits so far, or just behind: equal hits are decided by the order of hits. Where they are many of
- * the rays of their blocks, they go in these blocks, as many at a time as vectors have lanes, the others among them as rays that
- * are none; where they are few of them, side by side. A few rays go through it one by one (bvh_one.inl).
+ * together by bits; a ray stands in two records of eight words. An instance gets the list of its leaf. Its rays are moved into
+ * the group's space as one ray is (rtk_instance_ray), so whatever the group's tracer finds of them is what it would find of each
+ * by itself. They end at their best hits so far, or just behind: equal hits are decided by the order of hits. Where they are many
+ * of the rays of their blocks, they go in these blocks, as many at a time as vectors have lanes, the others among them as rays
+ * that are none; where they are few of them, side by side. A few rays go through it one by one (bvh_one.inl). A scene's only
+ * instance is its top level, and what enters that goes through it in its blocks, without lists and records (placed_approach):
+ * closest hits of rays that start far away, too, whose streams then know what the top level moved them by (rtk_query.outer).
  */
 #ifndef RTI_BVH_PLACED_H
 #define RTI_BVH_PLACED_H
@@ -19,6 +21,7 @@
 #define PLACED_LEAST 256u   /* rays that are worth it: fewer touch no memory for it */
 #define PLACED_FEW   32u    /* rays that go through an instance singly */
 #define PLACED_NEAR  2048u  /* coherent rays that go through one as coherent: fewer have hardly a leaf in common */
+#define PLACED_STEP  2048u  /* coherent rays at a time where there is one instance: what is made of them stays in the caches */
 #define PLACED_PIECE 256u   /* rays for whose lists there is no room: so many or fewer go on by themselves, more by halves */
 #define PLACED_LOOKS 32u    /* neighbours that are looked at */
 #define PLACED_LISTS (3u * PLACED)
@@ -432,6 +435,10 @@ RTI_VEC void placed_merge_blocks(placed *a, rtk_u32 mode, const rtk_instance *in
     for (rtk_u32 j = 0u; j < count; j++) {
         const rtk_hit_block *h = &a->found[j];
         const rtk_u32 first = a->block[j] * RTK_BLOCK;
+        if ((mode & RTK_MODE_ANY) && a->scene->instance_count == 1u) {
+            a->occluded[a->block[j]] |= any[j] & a->lanes[j];
+            continue;
+        }
         if (mode & RTK_MODE_ANY) {
             for (rtk_u32 bits = any[j] & a->lanes[j]; bits != 0u; bits &= bits - 1u)
                 placed_stop(a, first + (rtk_u32)__builtin_ctz(bits));
@@ -455,10 +462,14 @@ RTI_VEC void placed_merge_blocks(placed *a, rtk_u32 mode, const rtk_instance *in
             KEEP(prim);
             KEEP(geom);
 #undef KEEP
+            V(store)
+            ((float *)(void *)(best->inst + k),
+             V(select)(m, V(set)(rtk_float(inst->id)), V(load)((const float *)(const void *)(best->inst + k))));
+            if (a->scene->instance_count == 1u) /* nobody comes behind */
+                better = 0u;
             a->hit_count += (rtk_u32)__builtin_popcount(better);
             for (; better != 0u; better &= better - 1u) {
                 const rtk_u32 l = k + (rtk_u32)__builtin_ctz(better), i = first + l;
-                best->inst[l] = inst->id;
                 a->ray[i].t1 = rtk_min(a->ray[i].t1, best->t[l]);
                 a->rest[i].tmax = moved_above(best->t[l]);
             }
@@ -468,6 +479,50 @@ RTI_VEC void placed_merge_blocks(placed *a, rtk_u32 mode, const rtk_instance *in
             }
         }
     }
+}
+
+/* Rays of block b, n of which count, less those that are done, become those that go through the scene's only instance, in block
+ * j, if any enters the top level. outer: what those that start far away from it are moved by; NULL: they are not, and stay
+ * behind. Returns the lanes that are in block j, of the others of which nothing is asked; far: those that stay behind. */
+RTI_VEC rtk_u32 placed_approach(placed *a, rtk_u32 mode, rtk_u32 b, rtk_u32 n, rtk_u32 j, float *outer, rtk_u32 *far)
+{
+    const rtk_scene *s = a->scene;
+    const rtk_part top = {.lo = s->top_lo, .hi = s->top_hi, .scale = s->top_scale};
+    const rtk_instance *inst = s->instances;
+    const int moving = (inst->flags & RTK_INST_MOVING) != 0u;
+    const rtk_trace_block *from = &a->rays[b];
+    rtk_trace_block *to = &a->own[j];
+    rtk_u32 some = 0u, asked = n < RTK_BLOCK ? (1u << n) - 1u : 0xffffu;
+    *far = 0u;
+    if (mode & RTK_MODE_ANY)
+        asked &= ~(rtk_u32)a->occluded[b];
+    for (rtk_u32 k = 0u; k < RTK_BLOCK; k += RTI_SIMD) {
+        packet_rays r;
+        vec shift, t0, t1, end;
+        rtk_u32 lanes, away;
+        packet_rays_load(&r, from, k);
+        lanes = packet_rays_enter(r.org, r.inv, r.tmin, r.tmax, r.valid & asked >> k, &top, &t0, &t1, &away);
+        if (outer) {
+            lanes |= rays_move(&r, &top, away, r.org, &shift, &t0, &t1);
+            V(store)(outer + k, shift);
+        } else {
+            *far |= away << k;
+        }
+        end = r.tmax;
+        if (!(mode & RTK_MODE_ANY))
+            end = placed_ends(&a->hits[b], k, end);
+        if (!moving)
+            placed_turn(inst, r.org, r.dir);
+        placed_store(to, k, r.org, r.dir, r.tmin, V(select)(VM(of)(lanes), end, V(set)(-RTK_INF)));
+        for (rtk_u32 l = k; l < k + RTI_SIMD; l++)
+            to->mask[l] = from->mask[l] & inst->mask;
+        some |= lanes << k;
+    }
+    for (rtk_u32 l = moving ? some : 0u; l != 0u; l &= l - 1u)
+        placed_follow(a, inst, to, (rtk_u32)__builtin_ctz(l), b * RTK_BLOCK + (rtk_u32)__builtin_ctz(l));
+    a->block[j] = (uint16_t)b;
+    a->lanes[j] = (uint16_t)some;
+    return some;
 }
 
 /* RTI_SIMD rays from ray `first` on, those of `count` that are not done, made ready for the top level. Returns those that enter

@@ -1,16 +1,22 @@
 /* One mode of batches where there are instances (bvh_placed.h). Included by bvh_packet.inl, whose functions it calls. */
 
-/* Rays through one group and nothing else. Shapes' parameters are asked for at the end. */
-static void RTK_NAME(placed_group)(placed *a, rtk_u32 group, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
-                                   uint32_t count, int coherent)
+/* What the tracer of a group works with. Shapes' parameters are asked for at the end. */
+RTI_VEC rti_scratch RTK_NAME(placed_scratch)(const placed *a)
 {
-    const rtk_scene scene = placed_scene(a->scene, group);
-    rti_scratch scratch = {
+    return (rti_scratch){
         .room = a->scratch->room,
         .narrow = a->scratch->narrow,
         .roomy = a->scratch->roomy,
         .turns = a->scratch->turns,
         .bare = true};
+}
+
+/* Rays through one group and nothing else. */
+static void RTK_NAME(placed_group)(placed *a, rtk_u32 group, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                                   uint32_t count, int coherent)
+{
+    const rtk_scene scene = placed_scene(a->scene, group);
+    rti_scratch scratch = RTK_NAME(placed_scratch)(a);
     if (coherent)
         RTK_NAME(packets)(&scene, rays, hits, occluded, count, &scratch);
     else
@@ -18,6 +24,17 @@ static void RTK_NAME(placed_group)(placed *a, rtk_u32 group, const rtk_trace_blo
     a->scratch->stats.crowded += scratch.stats.crowded;
     a->scratch->stats.together += scratch.stats.together;
 }
+
+#if !(RTK_MODE & 1)
+/* Closest hits of rays that the top level has moved, through one group in streams which know by how much. */
+static void RTK_NAME(placed_sums)(placed *a, rtk_u32 group, const float *outer, rtk_u32 count)
+{
+    const rtk_scene scene = placed_scene(a->scene, group);
+    rti_scratch scratch = RTK_NAME(placed_scratch)(a);
+    RTK_NAME(moved_streams)(&scene, a->own, outer, a->found, count, &scratch, a->coherent);
+    a->scratch->stats.crowded += scratch.stats.crowded;
+}
+#endif
 
 /* A ray as a query, with its best hit so far. */
 RTI_VEC void RTK_NAME(placed_query)(const placed *a, rtk_u32 i, rtk_query *q)
@@ -154,10 +171,6 @@ static void RTK_NAME(placed_leaf)(placed *a, placed_wait w)
 static void RTK_NAME(placed_top)(placed *a, rtk_u32 size)
 {
     const rtk_tree tree = a->scene->top_bvh;
-    if (a->scene->instance_count == 1u) { /* it is the top level */
-        RTK_NAME(placed_instance)(a, 0u, a->list, size);
-        return;
-    }
     a->wait[0] = (placed_wait){0u, PLACED_NODE, 0u, size, size, 0u};
     a->top = 1u;
     while (a->top != 0u) {
@@ -190,10 +203,7 @@ static void RTK_NAME(placed_top)(placed *a, rtk_u32 size)
 /* Makes the rays ready for the top level; those that start far away go by themselves. Returns how many stand in the list. */
 static rtk_u32 RTK_NAME(placed_ready)(placed *a, rtk_u32 count)
 {
-    const rtk_scene *s = a->scene;
     rtk_u32 n = 0u;
-    if (!(s->top_lo.x <= s->top_hi.x))
-        return 0u;
     for (rtk_u32 first = 0u; first < count; first += RTI_SIMD) {
         rtk_u32 far, lanes = placed_load(a, RTK_MODE, first, count, &far);
         for (; lanes != 0u; lanes &= lanes - 1u)
@@ -220,9 +230,61 @@ static void RTK_NAME(placed_own)(placed *a, rtk_u32 count)
     }
 }
 
+/* May rays go through the scene's only instance in their blocks, and with sums (bvh_moved.h), if it is one? As placed_instance. */
+RTI_VEC int RTK_NAME(placed_is_one)(const placed *a, int sums)
+{
+    const rtk_instance *inst = a->scene->instances;
+    const rtk_group *g = &a->scene->groups[inst->group];
+    if (a->scene->instance_count != 1u || (!(g->flags & RTK_GROUP_PLAIN) && inst->material != RTK_INVALID))
+        return 0;
+    if (sums)
+        return !(RTK_MODE & RTK_MODE_ANY) && g->part_count == 1u && g->plane_count == 0u && stream_fits(g, g->parts);
+    return g->shape_count == 0u || a->coherent;
+}
+
+/* Rays [first, first + count), whole blocks before, through the scene's only instance, which is its top level. outer: room for
+ * what the top level moves them by, if many start far away. */
+static void RTK_NAME(placed_only)(placed *a, rtk_u32 first, rtk_u32 count, float *outer)
+{
+    const rtk_instance *inst = a->scene->instances;
+    uint16_t *any = RTK_MODE & RTK_MODE_ANY ? (uint16_t *)(void *)a->found : NULL;
+    uint16_t behind[PLACED / RTK_BLOCK];
+    rtk_u32 blocks = 0u, far = 0u;
+    if (inst->mask == 0u)
+        return;
+    for (rtk_u32 i = first; i < first + count; i += RTK_BLOCK) {
+        rtk_u32 away;
+        const rtk_u32 b = i / RTK_BLOCK, lanes = placed_approach(a, RTK_MODE, b, rtk_umin(first + count - i, RTK_BLOCK), blocks,
+                                                                 outer ? outer + RTK_BLOCK * blocks : NULL, &away);
+        behind[b] = (uint16_t)away;
+        far |= away;
+        blocks += lanes != 0u;
+    }
+    if (blocks != 0u) {
+#if !(RTK_MODE & 1)
+        if (outer)
+            RTK_NAME(placed_sums)(a, inst->group, outer, RTK_BLOCK * blocks);
+        else
+#endif
+            RTK_NAME(placed_group)(a, inst->group, a->own, any ? NULL : a->found, any, RTK_BLOCK * blocks, a->coherent);
+        placed_merge_blocks(a, RTK_MODE, inst, blocks);
+    }
+    for (rtk_u32 i = first; far != 0u && i < first + count; i += RTK_BLOCK)
+        for (rtk_u32 l = behind[i / RTK_BLOCK]; l != 0u; l &= l - 1u)
+            RTK_NAME(placed_alone)(a, i + (rtk_u32)__builtin_ctz(l));
+}
+
 /* All rays into the instances. */
 static void RTK_NAME(placed_all)(placed *a, rtk_u32 count)
 {
+    if (!(a->scene->top_lo.x <= a->scene->top_hi.x))
+        return;
+    if (RTK_NAME(placed_is_one)(a, 0)) {
+        const rtk_u32 step = a->coherent ? PLACED_STEP : count;
+        for (rtk_u32 i = 0u; i < count; i += step)
+            RTK_NAME(placed_only)(a, i, rtk_umin(count - i, step), NULL);
+        return;
+    }
     const rtk_u32 size = RTK_NAME(placed_ready)(a, count);
     if (size != 0u)
         RTK_NAME(placed_top)(a, size);
@@ -257,6 +319,10 @@ static void RTK_NAME(placed_moved)(placed *a, rtk_u32 count)
     rtk_hit_block *hits = a->hits;
     uint16_t *occluded = a->occluded, *any = m->moved.tied;
     const int coherent = a->coherent;
+    if (RTK_NAME(placed_is_one)(a, 1)) {
+        RTK_NAME(placed_only)(a, 0u, count, m->moved.shift[0]);
+        return;
+    }
     for (rtk_u32 i = 0u; i < count; i += RTK_BLOCK) {
         const rtk_u32 b = i / RTK_BLOCK;
         rtk_trace_block own = given[b];

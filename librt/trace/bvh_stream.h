@@ -126,6 +126,7 @@ typedef struct streams {
     rtk_hit_block *hits;
     uint16_t *occluded;
     rti_scratch *scratch;
+    const float *outer; /* STREAM_MOVED: of each ray of the batch what the top level moved it by (rtk_query.outer), or NULL */
     const rtk_part *part;
     rtk_tree tree;
     uint8_t enters[STREAM_TOLD / RTI_SIMD]; /* which parts behind the first each RTI_SIMD rays may enter, of the batch's first */
@@ -151,6 +152,7 @@ RTI_VEC void streams_begin(streams *a, const rtk_scene *scene, const rtk_trace_b
     a->hits = hits;
     a->occluded = occluded;
     a->scratch = scratch;
+    a->outer = NULL;
     a->length = !scratch->roomy ? STREAM_SHORT : (hits ? STREAM : STREAM_ANY);
     a->most = scratch->narrow ? a->length + a->length / 4u : STREAM_LIST; /* then dense ones go a level or two */
     memset(a->next, 0, sizeof a->next);
@@ -245,14 +247,26 @@ RTI_VEC void stream_done(const streams *a, stream *s, rtk_u32 l)
     stream_ends(s, RTK_MODE_ANY, l, -RTK_INF);
 }
 
+/* A ray as a query that is ready for the part; 0: it misses that. */
+RTI_VEC int stream_ready(const streams *a, rtk_u32 number, rtk_query *q, rtk_pray *r)
+{
+    rtk_ray ray;
+    stream_query(a, number, q);
+    ray = q->ray;
+    if (a->outer && a->outer[number] != 0.0f) { /* RTK_NAME(instance) */
+        q->outer = a->outer[number];
+        ray.tmin = -RTK_INF;
+        ray.tmax = RTK_INF;
+    }
+    return rtk_ray_prepare(ray, a->part->lo, a->part->hi, a->part->scale, r);
+}
+
 /* A reference by the leaf test itself. */
 static void stream_ask_plain(const streams *a, stream *s, rtk_u32 l, rtk_u32 mode, rtk_u32 ref)
 {
-    const rtk_part *part = a->part;
     rtk_query q;
     rtk_pray r;
-    stream_query(a, stream_number(s, mode, l), &q);
-    if (!rtk_ray_prepare(q.ray, part->lo, part->hi, part->scale, &r))
+    if (!stream_ready(a, stream_number(s, mode, l), &q, &r))
         return;
     if (rtk_query_prim(&q, mode, &r, ref)) {
         stream_done(a, s, l);

@@ -260,28 +260,23 @@ RTI_VEC int stream_tells(const streams *a, rtk_u32 number)
            a->spared >= number / RTI_SIMD / STREAM_SPARED;
 }
 
-/* Of `far`, which start far away, moves the origins. Returns those that enter the part then (rtk_ray_prepare); the others miss
- * it. */
-RTI_VEC rtk_u32 stream_move(const streams *a, const packet_rays *from, stream_rays *r, rtk_u32 far)
+/* Of `lanes` of RTI_SIMD rays from ray `number` on those that enter the part, with what the streams know of them there; far:
+ * those that start too far away for this. */
+RTI_VEC rtk_u32 stream_prepare(const streams *a, rtk_u32 mode, const packet_rays *from, rtk_u32 number, rtk_u32 lanes,
+                               stream_rays *r, rtk_u32 *far)
 {
-    const float lo[3] = {a->part->lo.x, a->part->lo.y, a->part->lo.z}, hi[3] = {a->part->hi.x, a->part->hi.y, a->part->hi.z};
-    const vmask go = VM(of)(far);
-    vec org[3], in = V(set)(-RTK_INF), out = V(set)(RTK_INF);
-    r->shift = V(set)(0.0f);
-    if (far == 0u)
-        return 0u;
-    far &= ~rays_approach(from, a->part, far, org, &r->shift);
-    for (rtk_u32 k = 0u; k < 3u; k++) {
-        const vec x = (V(set)(lo[k]) - org[k]) * r->inv[k], y = (V(set)(hi[k]) - org[k]) * r->inv[k];
-        in = V(max)(in, V(min)(x, y));
-        out = V(min)(out, V(max)(x, y));
-        r->org[k] = V(select)(go, org[k], r->org[k]);
+    if (!(mode & STREAM_MOVED))
+        return packet_rays_enter(from->org, from->inv, from->tmin, from->tmax, lanes, a->part, &r->t0, &r->t1, far);
+    if (a->outer) { /* as RTK_NAME(instance) has it: the range is that of sums */
+        const vec inf = V(set)(RTK_INF);
+        r->shift = V(load)(a->outer + number);
+        lanes = packet_rays_enter(from->org, from->inv, -inf, inf, lanes, a->part, &r->t0, &r->t1, far);
+        return lanes & ~VM(bits)(V(lt)(r->shift + r->t1, r->tmin)) & ~VM(bits)(V(lt)(r->tmax, r->shift + r->t0));
     }
-    r->shift = V(select)(go, r->shift, V(set)(0.0f));
-    r->t0 = V(select)(go, in, r->t0);
-    r->t1 = V(select)(go, out, r->t1);
-    far &= VM(bits)(V(le)(in, out)) & ~VM(bits)(V(lt)(r->shift + out, r->tmin));
-    return far & ~VM(bits)(V(lt)(r->tmax, r->shift + in));
+    lanes = packet_rays_enter(from->org, from->inv, from->tmin, from->tmax, lanes, a->part, &r->t0, &r->t1, far);
+    lanes |= rays_move(from, a->part, *far, r->org, &r->shift, &r->t0, &r->t1);
+    *far = 0u;
+    return lanes;
 }
 
 /* RTI_SIMD rays of the batch, `count` of them at most, join streams. again: something was asked for them before, and their hits
@@ -329,11 +324,7 @@ RTI_VEC rtk_u32 stream_load(streams *a, rtk_u32 mode, rtk_u32 number, rtk_u32 co
     if (!again && stream_tells(a, number))
         stream_tell(a, &r, lanes, number);
     packet_rays_key(&from, &r.kind, &r.key);
-    lanes = packet_rays_enter(r.org, r.inv, r.tmin, r.tmax, lanes, a->part, &r.t0, &r.t1, &far);
-    if (mode & STREAM_MOVED) {
-        lanes |= stream_move(a, &from, &r, far);
-        far = 0u;
-    }
+    lanes = stream_prepare(a, mode, &from, number, lanes, &r, &far);
     return far | stream_put(a, mode, &r, lanes, number);
 }
 

@@ -311,9 +311,54 @@ static void test_placed_groups(void **state)
     rt_context_destroy(ctx);
 }
 
+/* The scene's only instance, which is its top level: 0: triangles, turned; 1: as they stand, and as many of the scene's own,
+ * which are as near; 2: bodies; 3: triangles and bodies; 4: under a mask, away from the middle; 5: small and far out, so that
+ * rays which the top level moves start far away yet. */
+static void test_only_instance(void **state)
+{
+    static const char *const words[] = {"one of triangles",         "one beside its like", "one of bodies",
+                                        "one of triangles, bodies", "one under a mask",    "one far out"};
+    static const float maps[6][12] = {
+        {0.36f, -0.48f, 0.8f, 0.1f, 0.8f, 0.6f, 0, -0.2f, -0.48f, 0.64f, 0.6f, 0.3f},
+        {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+        {0.5f, 0, 0, 0.2f, 0, -0.7f, 0, 0, 0, 0, 0.6f, 0.1f},
+        {-0.6f, 0.1f, 0, 0, 0, 0.5f, 0.2f, 0.3f, 0.1f, 0, 0.7f, 0},
+        {0.5f, 0, 0, 0.9f, 0, 0.5f, 0, -0.7f, 0, 0, 0.5f, 0.8f},
+        {0.004f, 0, 0, 0.9f, 0, 0.004f, 0, -0.7f, 0, 0, 0.004f, 0.8f},
+    };
+    (void)state;
+    for (int way = 0; way < 6; way++) {
+        rt_context_desc d = rt_context_desc_default();
+        rt_context *ctx;
+        rtk_shape bodies[160];
+        test_mesh m = {0};
+        test_world w;
+        uint32_t group;
+        d.workers = 1;
+        assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+        test_world_init(&w, ctx);
+        make_triangles(&m);
+        make_bodies(bodies, 160);
+        group = test_world_group(&w);
+        if (way != 2)
+            test_world_mesh(&w, group, &m, ALL);
+        if (way == 2 || way == 3)
+            test_world_shapes(&w, group, bodies, way == 2 ? 160 : 40, ALL);
+        if (way == 1)
+            test_world_mesh(&w, 0, &m, ALL);
+        test_world_instance(&w, group, maps[way], way == 4 ? 0x7fffffffu : ALL);
+        assert_int_equal(test_world_commit(&w, NULL), RT_OK);
+        sweep(words[way], &w);
+        test_world_free(&w);
+        test_mesh_free(&m);
+        rt_context_destroy(ctx);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_groups), cmocka_unit_test(test_placed_groups)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_groups), cmocka_unit_test(test_placed_groups),
+                                       cmocka_unit_test(test_only_instance)};
     (void)test_isa();
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
