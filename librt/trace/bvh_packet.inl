@@ -405,11 +405,29 @@ static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, 
                            uint32_t count, rti_scratch *scratch);
 #include "bvh_placed.inl"
 
+/* Packets that go through instances one ray at a time. Apart, for a packet is 13 KiB of the stack: instances' rays come to where
+ * these are called from a second time. */
+RTI_APART void RTK_NAME(packets_placed)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits,
+                                        uint16_t *occluded, uint32_t count, rti_scratch *scratch)
+{
+    packet p;
+    packet_batch(&p);
+    for (rtk_u32 first = 0u; first < count; first += PACKET) {
+        const rtk_group *g = scene->groups;
+        const rtk_u32 n = rtk_umin(count - first, PACKET);
+        packet_expect_rays(rays, first + PACKET, count);
+        uint64_t valid = packet_load(&p, scene, rays, first, n, scratch);
+        for (rtk_u32 k = 0u; k < g->part_count; k++)
+            RTK_NAME(packet_part)(&p, NULL, &g->parts[k], valid & ~p.done, 1);
+        RTK_NAME(packet_rest)(&p, n, valid, hits);
+        RTK_NAME(packet_out)(&p, n, hits, occluded, 0);
+    }
+}
+
 /* Packets of coherent rays where there is more than that. */
 static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
                               uint32_t count, rti_scratch *scratch)
 {
-    packet p;
     const int together = !stream_balls_apart(scene->groups, RTK_MODE, count, scratch);
     if (count < PACKET_FEW) {
         RTK_NAME(ones)(scene, rays, hits, occluded, count, scratch);
@@ -428,17 +446,7 @@ static void RTK_NAME(packets)(const rtk_scene *scene, const rtk_trace_block *ray
         RTK_NAME(placed)(scene, rays, hits, occluded, count, scratch, 1);
         return;
     }
-    packet_batch(&p);
-    for (rtk_u32 first = 0u; first < count; first += PACKET) {
-        const rtk_group *g = scene->groups;
-        const rtk_u32 n = rtk_umin(count - first, PACKET);
-        packet_expect_rays(rays, first + PACKET, count);
-        uint64_t valid = packet_load(&p, scene, rays, first, n, scratch);
-        for (rtk_u32 k = 0u; k < g->part_count; k++)
-            RTK_NAME(packet_part)(&p, NULL, &g->parts[k], valid & ~p.done, 1);
-        RTK_NAME(packet_rest)(&p, n, valid, hits);
-        RTK_NAME(packet_out)(&p, n, hits, occluded, 0);
-    }
+    RTK_NAME(packets_placed)(scene, rays, hits, occluded, count, scratch);
 }
 
 static void RTK_NAME(lone)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,

@@ -53,6 +53,7 @@ typedef struct placed {
     uint16_t list[PLACED_LISTS + RTK_BLOCK]; /* as many more may be read and written */
     uint16_t bits[RTK_BVH_WIDTH][PLACED / RTK_BLOCK];
     uint16_t block[PLACED / RTK_BLOCK], lanes[PLACED / RTK_BLOCK]; /* an instance's rays that go in the batch's blocks: which */
+    uint16_t behind[PLACED / RTK_BLOCK]; /* the only instance's that go by themselves */
     placed_wait wait[2u * (RTK_BVH_STACK + RTK_BVH_WIDTH)];
     rtk_u32 top, hit_count, count;
     const rtk_scene *scene;

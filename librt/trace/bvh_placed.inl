@@ -248,7 +248,6 @@ static void RTK_NAME(placed_only)(placed *a, rtk_u32 first, rtk_u32 count, float
 {
     const rtk_instance *inst = a->scene->instances;
     uint16_t *any = RTK_MODE & RTK_MODE_ANY ? (uint16_t *)(void *)a->found : NULL;
-    uint16_t behind[PLACED / RTK_BLOCK];
     rtk_u32 blocks = 0u, far = 0u;
     if (inst->mask == 0u)
         return;
@@ -256,7 +255,7 @@ static void RTK_NAME(placed_only)(placed *a, rtk_u32 first, rtk_u32 count, float
         rtk_u32 away;
         const rtk_u32 b = i / RTK_BLOCK, lanes = placed_approach(a, RTK_MODE, b, rtk_umin(first + count - i, RTK_BLOCK), blocks,
                                                                  outer ? outer + RTK_BLOCK * blocks : NULL, &away);
-        behind[b] = (uint16_t)away;
+        a->behind[b] = (uint16_t)away;
         far |= away;
         blocks += lanes != 0u;
     }
@@ -270,7 +269,7 @@ static void RTK_NAME(placed_only)(placed *a, rtk_u32 first, rtk_u32 count, float
         placed_merge_blocks(a, RTK_MODE, inst, blocks);
     }
     for (rtk_u32 i = first; far != 0u && i < first + count; i += RTK_BLOCK)
-        for (rtk_u32 l = behind[i / RTK_BLOCK]; l != 0u; l &= l - 1u)
+        for (rtk_u32 l = a->behind[i / RTK_BLOCK]; l != 0u; l &= l - 1u)
             RTK_NAME(placed_alone)(a, i + (rtk_u32)__builtin_ctz(l));
 }
 
