@@ -125,11 +125,12 @@ RTK_FN float rtk_light_reach_body(RT_GLOBAL const rtk_light *l, rtk_vec3 p, rtk_
 }
 
 /* Where a shadow ray from p ends that may go as far as `reach`: before the light by the rounding of its place and of the ray's
- * own origin (error: that of p), so that what the light stands on does not hide it. */
+ * own origin (error: that of p), so that what the light stands on does not hide it; but no more than half of the way, or nothing
+ * would throw a shadow where a light's distance is small beside its coordinates. */
 RTK_FN float rtk_light_end_at(RT_GLOBAL const rtk_light *l, rtk_vec3 p, float error, float reach)
 {
     float size = rtk_maxabs(rtk_v3(l->at[0], l->at[1], l->at[2])) + l->radius + rtk_maxabs(p);
-    return reach - (4.0f * error + 2.0f * RTK_DELTA * size);
+    return reach - rtk_min(4.0f * error + 2.0f * RTK_DELTA * size, 0.5f * reach);
 }
 
 /* Can the light be met by chance, too, as a body that diffuse rays hit? Then asking and meeting are weighed (lanes_path.c). */

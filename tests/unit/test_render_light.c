@@ -176,6 +176,33 @@ static void test_ten_thousand_lights(void **state)
     rt_image_destroy(image);
 }
 
+/* A ball's shadow on the floor, where coordinates are large beside a lamp's distance of ten. */
+static void test_far_from_the_middle(void **state)
+{
+    static const float far[] = {0, 1e4f, 1e5f, 1e6f};
+    (void)state;
+    for (size_t i = 0; i < sizeof far / sizeof *far; i++) {
+        const float o = far[i];
+        rt_render_desc d = settings(1, 1, 1, "whitted");
+        stage(1);
+        set_world(scene, v3(0, 0, 0), v3(0, 0, 0));
+        add_plane(scene, v3(o, o, o), v3(0, 1, 0), add_material(scene, v3(1, 1, 1), 1, 0, 0, 0));
+        add_sphere(scene, v3(o, o + 2, o), 1, add_material(scene, v3(1, 1, 1), 1, 0, 0, 0));
+        add_light(scene, light(RT_LIGHT_POINT, v3(o, o + 10, o), v3(1, 1, 1), RT_FALLOFF_NONE));
+        for (int lit = 0; lit < 2; lit++) {
+            rt_image *image;
+            look(scene, v3(o + 6, o + 1, o), v3(o, o, lit ? o + 4 : o), 2);
+            image = commit_and_render(&d);
+            if (lit)
+                assert_true(pixel(image, 0, 0)[1] > 0.5f);
+            else
+                near_to(pixel(image, 0, 0)[1], 0, 0);
+            rt_image_destroy(image);
+        }
+        teardown(state);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -190,6 +217,7 @@ int main(void)
         IN_DARK(test_lamp_does_not_shadow_itself),
         IN_DARK(test_ten_thousand_lights),
         IN_DARK(test_visible_light),
+        cmocka_unit_test(test_far_from_the_middle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

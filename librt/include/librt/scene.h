@@ -290,7 +290,9 @@ typedef struct rt_light_desc {
     uint32_t samples; /**< shadow rays a hit; 0: the render's setting */
 } rt_light_desc;
 RT_API rt_light_desc rt_light_desc_default(void);
-/** A point light inside an opaque sphere of the scene itself (not of an instance) is not shadowed by that sphere, the largest if there are several: the
+/** What stands in front of a POINT or SPHERE light by less than 2^-17 of its greatest coordinate and the lit point's together (at a kilometre, 15 mm), but
+ *  no farther than half of the way between the two, throws no shadow: so what a light stands on does not hide it.
+ *  A point light inside an opaque sphere of the scene itself (not of an instance) is not shadowed by that sphere, the largest if there are several: the
  *  sphere is its lamp. The body of a visible light is a sphere of its own: hits on it have a geom_id behind those of the described geometries,
  *  and it stands in the way of other lights as any opaque body does. Lights of an instanced scene do not shine; the bodies of its visible ones are seen. */
 RT_API rt_status rt_scene_add_light(rt_scene *scene, const rt_light_desc *desc, rt_light *light);
