@@ -75,6 +75,20 @@ rt_status rti_fail(rt_context *ctx, rt_status status, const char *format, ...) R
 rt_status rti_fail_v(rt_context *ctx, rt_status status, const char *format, va_list args) RTI_PRINTF(3, 0);
 /* "WHAT: N bytes could not be had" with MEMORY or, when the limit is the reason, MEMORY_LIMIT with the numbers. */
 rt_status rti_fail_memory(rt_context *ctx, const char *what, size_t size);
+/* Likewise where there is no context to keep the sentence: rt_context_error(NULL). */
+rt_status rti_fail_alone(rt_status status, const char *format, ...) RTI_PRINTF(2, 3);
+/* First in a public call that gives a status: a handle that it cannot do without; made: what the call makes becomes NULL then. */
+#define RTI_NEED(handle)                                                                                                         \
+    do {                                                                                                                         \
+        if (!(handle))                                                                                                           \
+            return rti_fail_alone(RT_ERROR_ARGUMENT, "%s: %s is NULL", __func__, #handle);                                       \
+    } while (0)
+#define RTI_NEED_TO_MAKE(made, handle)                                                                                           \
+    do {                                                                                                                         \
+        if (!(handle) && (made))                                                                                                 \
+            *(made) = NULL;                                                                                                      \
+        RTI_NEED(handle);                                                                                                        \
+    } while (0)
 void rti_log(rt_context *ctx, rt_log_level level, const char *format, ...) RTI_PRINTF(3, 4);
 
 /* Checks the first field of a descriptor and copies what the caller's version knows over the defaults in `full` (size full_size).

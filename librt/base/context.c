@@ -22,17 +22,22 @@ void *rt_allocate(void *user, void *ptr, size_t old_size, size_t new_size)
     return ptr ? realloc(ptr, new_size) : rti_alloc_large(new_size);
 }
 
-/* There is no context yet to keep a sentence, so a wrong descriptor of it is told by the status alone. */
 static rt_status take_desc(const rt_context_desc *desc, rt_context_desc *full)
 {
     *full = rt_context_desc_default();
     if (!desc)
         return RT_OK;
     if (desc->struct_size < sizeof(uint32_t) * 2 || desc->struct_size > 65536)
-        return RT_ERROR_ARGUMENT;
+        return rti_fail_alone(RT_ERROR_ARGUMENT,
+                              "rt_context_create: the descriptor's struct_size is %u; begin with rt_context_desc_default()",
+                              (unsigned)desc->struct_size);
     memcpy(full, desc, desc->struct_size < sizeof *full ? desc->struct_size : sizeof *full);
     full->struct_size = sizeof *full;
-    return full->workers <= 1024 ? RT_OK : RT_ERROR_ARGUMENT;
+    if (full->workers > 1024)
+        return rti_fail_alone(RT_ERROR_ARGUMENT,
+                              "rt_context_create: workers is %u; it must be from 1 to 1024, or 0: as many as there are processors",
+                              (unsigned)full->workers);
+    return RT_OK;
 }
 
 /* There is no caller to blame for a variable of the environment: a wrong one is a warning. */
@@ -44,13 +49,17 @@ static void choose_isa(rt_context *ctx)
         rti_log(ctx, RT_LOG_WARNING, "%s", why);
 }
 
+static rt_status no_memory(size_t size)
+{
+    return rti_fail_alone(RT_ERROR_MEMORY, "rt_context_create: the allocator could not give %zu bytes", size);
+}
+
 rt_status rt_context_create(const rt_context_desc *desc, rt_context **context)
 {
     rt_context_desc d;
     rt_context *ctx;
     rt_status status;
-    if (!context)
-        return RT_ERROR_ARGUMENT;
+    RTI_NEED(context);
     *context = NULL;
     status = take_desc(desc, &d);
     if (status != RT_OK)
@@ -59,12 +68,12 @@ rt_status rt_context_create(const rt_context_desc *desc, rt_context **context)
         d.allocate = rt_allocate;
     ctx = d.allocate(d.allocate_user, NULL, 0, sizeof *ctx);
     if (!ctx)
-        return RT_ERROR_MEMORY;
+        return no_memory(sizeof *ctx);
     memset(ctx, 0, sizeof *ctx);
     ctx->messages = d.allocate(d.allocate_user, NULL, 0, RTI_MESSAGE_SLOTS * sizeof *ctx->messages);
     if (!ctx->messages) {
         d.allocate(d.allocate_user, ctx, sizeof *ctx, 0);
-        return RT_ERROR_MEMORY;
+        return no_memory(RTI_MESSAGE_SLOTS * sizeof *ctx->messages);
     }
     memset(ctx->messages, 0, RTI_MESSAGE_SLOTS * sizeof *ctx->messages);
     ctx->allocate = d.allocate;

@@ -1,5 +1,5 @@
-/* The last message of each thread: a fixed table in the context, so that failing needs no memory and no thread-local state
- * outlives us. */
+/* The last message of each thread: a fixed table in the context, so that failing needs no memory and no thread's state is left
+ * behind but for what fails without a context. */
 #include <string.h>
 
 #include "context.h"
@@ -59,21 +59,39 @@ rt_status rti_fail_memory(rt_context *ctx, const char *what, size_t size)
     return rti_fail(ctx, RT_ERROR_MEMORY, "%s: the allocator could not give %llu bytes", what, (unsigned long long)size);
 }
 
+#define ALONE_SIZE 256 /* these sentences are short, and each thread of the host has room for one */
+static _Thread_local char alone[ALONE_SIZE];
+
+rt_status rti_fail_alone(rt_status status, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    vsnprintf(alone, sizeof alone, format, args);
+    va_end(args);
+    return status;
+}
+
+static size_t copy_message(const char *text, char *buffer, size_t size)
+{
+    const size_t length = strlen(text);
+    if (size > 0 && buffer) {
+        const size_t n = length < size - 1 ? length : size - 1;
+        memcpy(buffer, text, n);
+        buffer[n] = '\0';
+    }
+    return length;
+}
+
 size_t rt_context_error(const rt_context *context, char *buffer, size_t size)
 {
     rt_context *ctx = (rt_context *)(uintptr_t)context; /* the lock is not part of what const promises */
-    rti_message *m;
-    size_t length = 0;
+    const rti_message *m;
+    size_t length;
+    if (!ctx)
+        return copy_message(alone, buffer, size);
     pthread_mutex_lock(&ctx->message_lock);
     m = find(ctx, pthread_self());
-    if (m)
-        length = strlen(m->text);
-    if (size > 0 && buffer) {
-        size_t n = length < size - 1 ? length : size - 1;
-        if (m)
-            memcpy(buffer, m->text, n);
-        buffer[n] = '\0';
-    }
+    length = copy_message(m ? m->text : "", buffer, size);
     pthread_mutex_unlock(&ctx->message_lock);
     return length;
 }

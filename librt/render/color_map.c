@@ -55,6 +55,7 @@ rt_vec3 rt_color_map_at(rt_color_map map, float x)
 
 rt_status rt_image_color_map(const rt_image *image, rt_color_map map, float low, float high, rt_image **colored)
 {
+    RTI_NEED_TO_MAKE(colored, image);
     char a[32], b[32];
     rt_status status;
     *colored = NULL;

@@ -53,6 +53,8 @@ static void write_map(float *out, const float *a, const float *b)
 
 rt_status rt_image_compare(const rt_image *a, const rt_image *b, rt_image_difference *difference, rt_image **difference_map)
 {
+    RTI_NEED_TO_MAKE(difference_map, a);
+    RTI_NEED_TO_MAKE(difference_map, b);
     static const char what[] = "rt_image_compare";
     rt_image_difference d = {0};
     rt_image *map = NULL;

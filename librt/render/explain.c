@@ -451,6 +451,7 @@ static rt_status explain(rt_context *ctx, rti_snapshot *snapshot, const rt_rende
 rt_status rt_render_explain(rt_scene *scene, const rt_render_desc *desc, const rt_explain_desc *asked, rt_explained_ray_fn fn,
                             void *user, rt_explained_pixel *pixel)
 {
+    RTI_NEED(scene);
     rt_context *ctx = rt_scene_context(scene);
     rti_snapshot *snapshot;
     rt_render_desc d;

@@ -331,6 +331,8 @@ static rt_status refuse(const rt_image *a, const rt_image *b, double ppd)
 
 rt_status rt_image_flip(const rt_image *a, const rt_image *b, double pixels_per_degree, double *mean, rt_image **map)
 {
+    RTI_NEED_TO_MAKE(map, a);
+    RTI_NEED_TO_MAKE(map, b);
     double ppd = pixels_per_degree == 0 ? PPD : pixels_per_degree;
     flip f = {.side = {{.image = a}, {.image = b}}, .width = a->width, .height = a->height};
     rt_image *made = NULL;

@@ -105,6 +105,7 @@ rt_status rti_image_make(rt_context *ctx, uint32_t width, uint32_t height, uint3
 
 rt_status rt_image_create(rt_context *context, uint32_t width, uint32_t height, rt_image **image)
 {
+    RTI_NEED_TO_MAKE(image, context);
     return rti_image_make(context, width, height, rt_context_workers(context), false, image);
 }
 
@@ -179,6 +180,7 @@ static rti_text *find_text(const rt_image *image, const char *key)
 
 rt_status rt_image_set_text(rt_image *image, const char *key, const char *value)
 {
+    RTI_NEED(image);
     static const char what[] = "rt_image_set_text";
     rt_context *ctx = image->ctx;
     rti_text fresh, *old;

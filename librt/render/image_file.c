@@ -37,6 +37,7 @@ static rt_status take(rt_context *ctx, rti_pixels *pixels, rt_image **image)
 
 rt_status rt_image_load(rt_context *context, const char *path, rt_image **image)
 {
+    RTI_NEED_TO_MAKE(image, context);
     rti_pixels pixels;
     if (!image)
         return rti_fail(context, RT_ERROR_ARGUMENT, "rt_image_load: image is NULL; it receives the image");
@@ -53,6 +54,7 @@ rt_status rt_image_load(rt_context *context, const char *path, rt_image **image)
 
 rt_status rt_image_save(const rt_image *image, const char *path, const rt_save_desc *desc)
 {
+    RTI_NEED(image);
     rti_row_writer *writer;
     if (!path)
         return rti_fail(image->ctx, RT_ERROR_ARGUMENT,

@@ -323,6 +323,7 @@ rt_status rti_texts_decode(rt_context *ctx, const char *name, const void *bytes,
 
 rt_status rt_image_read_texts(rt_context *context, const char *path, rt_text_fn entry, void *user)
 {
+    RTI_NEED(context);
     char quoted[300];
     source s = {.ctx = context, .sums = true, .entry = entry, .user = user};
     rt_status status;

@@ -134,6 +134,7 @@ rt_image *rt_job_take_image(rt_job *job)
 
 rt_status rt_job_status(const rt_job *job)
 {
+    RTI_NEED(job);
     rt_job *j = (rt_job *)(uintptr_t)job; /* the lock is not part of what const promises */
     rt_status status = RT_OK;
     pthread_mutex_lock(&j->lock);

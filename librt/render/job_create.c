@@ -212,6 +212,7 @@ rt_status rti_job_run(rt_job *job)
 
 rt_status rt_job_start(rt_scene *scene, const rt_render_desc *desc, rt_job **job)
 {
+    RTI_NEED_TO_MAKE(job, scene);
     static const char what[] = "rt_job_start";
     rt_context *ctx = rt_scene_context(scene);
     rti_snapshot *snapshot;

@@ -32,6 +32,8 @@ void rt_image_fill(rt_image *image, int32_t x, int32_t y, uint32_t width, uint32
 
 rt_status rt_image_place(rt_image *image, const rt_image *other, int32_t x, int32_t y)
 {
+    RTI_NEED(image);
+    RTI_NEED(other);
     uint32_t x0, x1, y0, y1;
     if (image == other)
         return rti_fail(image->ctx, RT_ERROR_ARGUMENT, "rt_image_place: an image cannot be placed in itself");
@@ -157,6 +159,7 @@ static void walk(const char *text, rt_image *image, const rt_label_desc *d, floa
 
 rt_status rt_image_label(rt_image *image, const char *text, const rt_label_desc *desc)
 {
+    RTI_NEED(image);
     rt_label_desc d = rt_label_desc_default();
     float width, height;
     rt_status status = desc ? rti_desc_take(image->ctx, "rt_label_desc", desc, &d, sizeof d) : RT_OK;

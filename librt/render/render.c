@@ -21,6 +21,7 @@ static rt_status finish(rt_job *job)
 
 rt_status rt_render(rt_scene *scene, const rt_render_desc *desc, rt_image **image)
 {
+    RTI_NEED_TO_MAKE(image, scene);
     static const char what[] = "rt_render";
     rt_context *ctx = rt_scene_context(scene);
     rti_snapshot *snapshot;
@@ -191,6 +192,7 @@ static rt_status render_bands(banding *b, const char *path, const rt_save_desc *
 rt_status rt_render_to_file(rt_scene *scene, const rt_render_desc *desc, const char *path, const rt_save_desc *save,
                             uint64_t band_memory, int (*progress)(void *user, uint64_t done, uint64_t total), void *user)
 {
+    RTI_NEED(scene);
     rt_context *ctx = rt_scene_context(scene);
     banding b = {0};
     rt_status status;

@@ -152,6 +152,7 @@ static void copy_rows(const rt_image *image, rt_image *out)
 
 rt_status rt_image_resample(const rt_image *image, uint32_t width, uint32_t height, rt_resample filter, rt_image **resampled)
 {
+    RTI_NEED_TO_MAKE(resampled, image);
     rt_context *ctx = image->ctx;
     side across = {0}, down = {0};
     rt_image *out = NULL;

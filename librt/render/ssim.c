@@ -104,6 +104,8 @@ static double all_windows(windows *w, rt_image *map)
 
 rt_status rt_image_ssim(const rt_image *a, const rt_image *b, double *ssim, rt_image **map)
 {
+    RTI_NEED_TO_MAKE(map, a);
+    RTI_NEED_TO_MAKE(map, b);
     static const char what[] = "rt_image_ssim";
     windows w = {.a = a, .b = b, .width = a->width, .height = a->height};
     size_t luma = 2 * (size_t)a->width * sizeof(double), rows = WINDOW * MOMENTS * (size_t)a->width * sizeof(double);

@@ -56,7 +56,7 @@ static const char *check_prims(const group_view *g)
     }
     for (uint32_t i = 0; i < head->shape_count; i++) {
         if (shape[i].type == RTK_SHAPE_PLANE || !named(g, RTK_GEOM_SHAPES, shape[i].geom, shape[i].prim, i) ||
-            !sound_shape(&shape[i]))
+            !sound_shape(&shape[i]) || shape[i].type != shape[g->geoms[shape[i].geom].first].type)
             return "a shape is not of its geometry, or impossible";
     }
     for (uint32_t i = 0; i < head->plane_count; i++) {

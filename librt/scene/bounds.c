@@ -120,6 +120,7 @@ static void scene_bounds(const rt_scene *scene, float lo[3], float hi[3])
 
 rt_status rt_scene_bounds(const rt_scene *scene, rt_vec3 *low, rt_vec3 *high)
 {
+    RTI_NEED(scene);
     float lo[3], hi[3];
     if (!low || !high)
         return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "rt_scene_bounds: low or high is NULL; give places for both corners");

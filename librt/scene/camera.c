@@ -282,10 +282,12 @@ static rt_status get_camera(const rt_scene *scene, const char *call, rt_camera_d
 
 rt_status rt_scene_get_camera(const rt_scene *scene, rt_camera_desc *desc)
 {
+    RTI_NEED(scene);
     return get_camera(scene, "rt_scene_get_camera", desc, 0);
 }
 
 rt_status rt_scene_get_camera_motion(const rt_scene *scene, rt_camera_desc *desc)
 {
+    RTI_NEED(scene);
     return get_camera(scene, "rt_scene_get_camera_motion", desc, 1);
 }

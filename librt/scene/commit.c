@@ -143,6 +143,7 @@ static rt_status take_desc(rt_scene *scene, const rt_commit_desc *desc)
 
 rt_status rt_scene_set_tracer(rt_scene *scene, const char *name)
 {
+    RTI_NEED(scene);
     char names[256], text[64];
     size_t length = 0;
     rt_status status = rti_scene_editable(scene, "rt_scene_set_tracer");

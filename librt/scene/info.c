@@ -13,6 +13,7 @@ static rti_snapshot *committed(const rt_scene *scene, const char *call)
 
 rt_status rt_scene_hash(const rt_scene *scene, char text[33])
 {
+    RTI_NEED(scene);
     rti_snapshot *s = committed(scene, "rt_scene_hash");
     if (!s)
         return RT_ERROR_STATE;
@@ -75,6 +76,7 @@ static rti_hash hash_look(const rti_snapshot *s, const rtk_material *material)
 
 rt_status rt_scene_looks_hash(const rt_scene *scene, char rest[33], char (*looks)[33], uint32_t capacity, uint32_t *count)
 {
+    RTI_NEED(scene);
     rti_snapshot *s = committed(scene, "rt_scene_looks_hash");
     if (!s)
         return RT_ERROR_STATE;
@@ -116,6 +118,7 @@ static void count_chunk(void *data, const rti_chunk *chunk, uint32_t group)
 
 rt_status rt_scene_get_info(const rt_scene *scene, rt_scene_info *info)
 {
+    RTI_NEED(scene);
     rti_snapshot *s;
     if (!info)
         return rti_fail(scene->ctx, RT_ERROR_ARGUMENT, "rt_scene_get_info: info is NULL; give the place for it");
@@ -142,6 +145,7 @@ rt_status rt_scene_get_info(const rt_scene *scene, rt_scene_info *info)
 
 rt_status rt_scene_get_motion_info(const rt_scene *scene, rt_motion_info *info)
 {
+    RTI_NEED(scene);
     static const char call[] = "rt_scene_get_motion_info";
     const rtk_camera *camera;
     rti_snapshot *s;
@@ -201,6 +205,7 @@ static rt_tree_info describe(const rti_chunk *chunk)
 
 rt_status rt_scene_get_tree_info(const rt_scene *scene, uint32_t index, uint32_t *group, rt_tree_info *info)
 {
+    RTI_NEED(scene);
     static const char call[] = "rt_scene_get_tree_info";
     find_tree f = {NULL, index, 0};
     rti_snapshot *s;

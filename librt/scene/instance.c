@@ -168,12 +168,11 @@ static rt_status find(rt_scene *scene, const char *call, rt_instance instance, r
 
 rt_status rt_scene_get_instance(const rt_scene *scene, rt_instance instance, rt_instance_desc *desc)
 {
+    RTI_NEED(scene);
     static const char call[] = "rt_scene_get_instance";
     rt_instance_desc d = rt_instance_desc_default();
     rti_inst *slot = NULL;
     rt_status status;
-    if (!scene)
-        return RT_ERROR_ARGUMENT; /* and no context that could keep a sentence */
     if (scene->loaded)
         return rti_fail(scene->ctx, RT_ERROR_STATE,
                         "%s: this scene was loaded from a snapshot file, which does not tell how its instances were described",

@@ -188,6 +188,7 @@ rt_status rti_blob_decode(rt_context *ctx, const char *name, const void *bytes, 
 
 rt_status rt_scene_load(rt_context *context, const char *path, rt_scene **scene)
 {
+    RTI_NEED_TO_MAKE(scene, context);
     rti_snapshot *snapshot = NULL;
     rti_fpenv env;
     void *bytes;

@@ -136,6 +136,7 @@ static rt_status save(rti_snapshot *s, const char *path)
 
 rt_status rt_scene_save(const rt_scene *scene, const char *path)
 {
+    RTI_NEED(scene);
     rti_snapshot *s;
     rt_status status;
     if (!path)

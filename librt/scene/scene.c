@@ -28,7 +28,7 @@ void rti_array_free(rt_context *ctx, rti_array *array, size_t item_size)
 rt_status rti_scene_editable(const rt_scene *scene, const char *call)
 {
     if (!scene)
-        return RT_ERROR_ARGUMENT; /* and no context that could keep a sentence */
+        return rti_fail_alone(RT_ERROR_ARGUMENT, "%s: scene is NULL", call);
     if (!scene->loaded)
         return RT_OK;
     return rti_fail(scene->ctx, RT_ERROR_STATE,
@@ -51,10 +51,9 @@ static rt_status fill_new(rt_scene *scene)
 
 rt_status rt_scene_create(rt_context *context, rt_scene **scene)
 {
+    RTI_NEED_TO_MAKE(scene, context);
     rt_scene *s;
     rt_status status;
-    if (!context)
-        return RT_ERROR_ARGUMENT;
     if (!scene)
         return rti_fail(context, RT_ERROR_ARGUMENT, "rt_scene_create: scene is NULL; give the place for the new scene");
     *scene = NULL;

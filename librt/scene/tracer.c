@@ -26,6 +26,7 @@ struct rt_tracer {
 
 rt_status rt_tracer_create(const rt_scene *scene, const char *name, rt_tracer **tracer)
 {
+    RTI_NEED_TO_MAKE(tracer, scene);
     static const char call[] = "rt_tracer_create";
     rt_tree_query query = rt_tree_query_default();
     rti_look look;

@@ -108,6 +108,7 @@ static rt_status begin_tree(const rt_scene *scene, const char *call, const rt_tr
 
 rt_status rt_scene_tree_shape(const rt_scene *scene, const rt_tree_query *query, rt_tree_shape *shape)
 {
+    RTI_NEED(scene);
     static const char call[] = "rt_scene_tree_shape";
     rti_look look;
     rt_status status;
@@ -195,6 +196,7 @@ static rt_status walk_cells(const walk *w, rt_context *ctx, const char *call, rt
 
 rt_status rt_scene_tree_cells(const rt_scene *scene, const rt_tree_query *query, rt_tree_cell_fn fn, void *user)
 {
+    RTI_NEED(scene);
     static const char call[] = "rt_scene_tree_cells";
     rti_look look;
     walk w;

@@ -33,6 +33,7 @@ static rtk_scene only_group(const rtk_scene *all, uint32_t group, uint32_t part,
 rt_status rt_scene_ray_costs(const rt_scene *scene, const rt_tree_query *query, const rt_ray *rays, rt_ray_cost *costs,
                              size_t count)
 {
+    RTI_NEED(scene);
     static const char call[] = "rt_scene_ray_costs";
     rti_look look;
     rtk_scene view;

@@ -303,6 +303,7 @@ static void cut_instances(cutter *c, const rtk_scene *v)
 
 rt_status rt_scene_cut(const rt_scene *scene, uint32_t group, rt_vec3 point, rt_vec3 normal, rt_section_fn fn, void *user)
 {
+    RTI_NEED(scene);
     static const char call[] = "rt_scene_cut";
     cutter c = {.fn = fn, .user = user, .piece.inst_id = RT_INVALID_ID};
     rti_snapshot *s;

@@ -4,7 +4,7 @@
  *  Descriptors: `rt_x_desc d = rt_x_desc_default();` then set fields; a descriptor whose struct_size is 0 was not made so and is refused
  *  with a sentence. New fields are added at the end, so a caller compiled against an older header goes on working. Objects are
  *  opaque; create is paired with destroy, and destroy(NULL) does nothing. Calls that can fail return rt_status; the sentence is in
- *  rt_context_error. The library never exits, prints, sets a locale or installs a signal handler, and it keeps no pointer of the
+ *  rt_context_error. They answer ARGUMENT to a NULL in an object's place; what returns no rt_status is to be given none. The library never exits, prints, sets a locale or installs a signal handler, and it keeps no pointer of the
  *  caller's unless a function says so. Any number of contexts may live at once; nothing is global.
  *
  *  Signals are left to the host's threads: the library's own have all of them blocked but those that a thread sends itself by what it
@@ -125,6 +125,7 @@ RT_API rt_status rt_context_create(const rt_context_desc *desc, rt_context **con
 RT_API void rt_context_destroy(rt_context *context);
 
 /** Copies the calling thread's last message, a sentence that names the argument and the value, cut to size with its NUL.
+ *  context NULL: of what failed without a context, rt_context_create above all, and calls that were given NULL for an object.
  *  Returns the whole length without NUL; 0 when there was no error on this thread. buffer may be NULL when size is 0.
  *  Threads any; each thread sees its own message (the 64 threads that failed last are remembered). */
 RT_API size_t rt_context_error(const rt_context *context, char *buffer, size_t size);

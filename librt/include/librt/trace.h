@@ -46,7 +46,8 @@ enum {
                                 *   otherwise put right for its time. Where the word is not kept, hits may be others, or a trap ends the program */
 };
 
-/** Closest hits, as rt_scene_intersect. hints: RT_RAYS_* or 0. Errors none. Threads any number. Owner keeps no pointer; memory as there. A call may be for one ray,
+/** Closest hits, as rt_scene_intersect. hints: RT_RAYS_* or 0. Errors none. Threads any number. Owner keeps no pointer; memory as there, but from 16 rays on
+ *  without RT_RAYS_COHERENT. A call may be for one ray,
  *  which then costs some 12 ns beside its way through the tree, and 7 with RT_RAYS_DEFAULT_FENV; but rays that come together share that way: a thousand in a call
  *  go 2 to 10 times as fast (examples/many_rays.c measures it). rt_scene_intersect asks for the snapshot at each call, for some 15 ns. */
 RT_API void rt_tracer_intersect(const rt_tracer *tracer, const rt_ray *rays, rt_hit *hits, size_t count, uint32_t hints);

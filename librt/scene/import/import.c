@@ -210,6 +210,7 @@ static rt_status check(rt_context *ctx, const rt_import_desc *d)
 
 rt_status rt_scene_import(rt_scene *scene, const char *path, const rt_import_desc *desc, rt_import_result *result)
 {
+    RTI_NEED(scene);
     rt_context *ctx = rt_scene_context(scene);
     rt_import_desc d = rt_import_desc_default();
     rt_import_result got = {.first = {RT_INVALID_ID}};
