@@ -371,6 +371,48 @@ static void test_overlap(void **state)
     rt_context_destroy(ctx);
 }
 
+/* A sphere's geometry that claims the box, too: renders tell what hits are of one geometry by one of them. */
+static void test_two_types(void **state)
+{
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *scene = kit_scene(ctx);
+    rt_box_desc box = rt_box_desc_default();
+    rti_snapshot *s = NULL;
+    uint8_t *data;
+    size_t size;
+    (void)state;
+    kit_sphere(scene, 0, 0, 0, 1);
+    box.low = (rt_vec3){2, 2, 2};
+    box.high = (rt_vec3){3, 3, 3};
+    kit_ok(ctx, rt_scene_add_box(scene, &box, NULL));
+    kit_commit(scene);
+    assert_int_equal(rt_scene_save(scene, path), RT_OK);
+    data = slurp(path, &size);
+    const rti_blob_header *header = (const rti_blob_header *)(const void *)data;
+    const rti_blob_entry *entry = (const rti_blob_entry *)(const void *)(header + 1);
+    for (uint32_t i = 0; i < header->chunk_count; i++) {
+        uint8_t *chunk = data + entry[i].offset;
+        if (entry[i].kind == RTK_CHUNK_GROUP) {
+            const rtk_group_header *group = (const rtk_group_header *)(const void *)chunk;
+            rtk_shape *shape = (rtk_shape *)(void *)(chunk + group->off_shapes);
+            assert_int_equal(group->shape_count, 2);
+            shape[1].geom = 0;
+            shape[1].prim = 1;
+        } else if (entry[i].kind == RTK_CHUNK_GEOMETRY) {
+            const rtk_geometry_header *records = (const rtk_geometry_header *)(const void *)chunk;
+            rtk_geom *geom = (rtk_geom *)(void *)(chunk + records->off_geoms);
+            geom[0].prim_count = 2;
+            geom[1].prim_count = 0;
+            geom[1].first = 2;
+        }
+    }
+    assert_int_equal(rti_blob_decode(ctx, "x", data, size, false, &s), RT_ERROR_FORMAT);
+    kit_says(ctx, "a shape is not of its geometry");
+    free(data);
+    rt_scene_destroy(scene);
+    rt_context_destroy(ctx);
+}
+
 /* Each allocation of a load made to fail in turn. */
 static void test_no_memory(void **state)
 {
@@ -482,8 +524,9 @@ static void test_texture_sizes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round),     cmocka_unit_test(test_same_file),  cmocka_unit_test(test_loaded_is_closed),
-        cmocka_unit_test(test_refusals),  cmocka_unit_test(test_corruption), cmocka_unit_test(test_overlap),
-        cmocka_unit_test(test_no_memory), cmocka_unit_test(test_hollow),     cmocka_unit_test(test_texture_sizes)};
+        cmocka_unit_test(test_round),        cmocka_unit_test(test_same_file),  cmocka_unit_test(test_loaded_is_closed),
+        cmocka_unit_test(test_refusals),     cmocka_unit_test(test_corruption), cmocka_unit_test(test_overlap),
+        cmocka_unit_test(test_two_types),    cmocka_unit_test(test_no_memory),  cmocka_unit_test(test_hollow),
+        cmocka_unit_test(test_texture_sizes)};
     return cmocka_run_group_tests(tests, setup, teardown);
 }
