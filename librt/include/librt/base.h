@@ -2,7 +2,7 @@
  *
  *  Conventions of every header here. Right-handed space; angles in degrees; colours linear RGB; lengths in the scene's own unit.
  *  Descriptors: `rt_x_desc d = rt_x_desc_default();` then set fields; a descriptor whose struct_size is 0 was not made so and is refused
- *  with a sentence. New fields are added at the end, so a caller compiled against an older header goes on working. Objects are
+ *  with a sentence. The default of a field is 0 (no file, no name) where its comment gives no other. New fields are added at the end, so a caller compiled against an older header goes on working. Objects are
  *  opaque; create is paired with destroy, and destroy(NULL) does nothing. Calls that can fail return rt_status; the sentence is in
  *  rt_context_error. They answer ARGUMENT to a NULL in an object's place; what returns no rt_status is to be given none. The library never exits, prints, sets a locale or installs a signal handler, and it keeps no pointer of the
  *  caller's unless a function says so. Any number of contexts may live at once; nothing is global.

@@ -25,7 +25,7 @@ RT_API rt_status rt_image_set_text(rt_image *image, const char *key, const char 
 RT_API const char *rt_image_get_text(const rt_image *image, const char *key); /* NULL: none */
 
 /** Reads PNG, JPEG, GIF, BMP, TGA, HDR (8-bit values are taken as sRGB). The size is checked against the memory limit before decoding; cut files are refused.
- *  Errors IO, FORMAT, MEMORY, UNSUPPORTED (built without a reader). */
+ *  Pixels alone: the file's texts are rt_image_read_texts'. Errors IO, FORMAT, MEMORY, UNSUPPORTED (built without a reader). */
 RT_API rt_status rt_image_load(rt_context *context, const char *path, rt_image **image);
 
 typedef struct rt_text {

@@ -21,18 +21,18 @@ typedef struct rt_tile {
 
 typedef struct rt_render_desc {
     uint32_t struct_size;
-    uint32_t width, height; /**< 1 ... 1048576 */
-    uint32_t samples;       /**< a pixel, 1 ... 65536 */
+    uint32_t width, height; /**< 1 ... 1048576; default 640 and 480 */
+    uint32_t samples;       /**< a pixel, 1 ... 65536; default 1 */
     uint32_t workers;       /**< 0: the context's */
-    uint32_t tile;          /**< edge in pixels, 1 ... 4096 */
+    uint32_t tile;          /**< edge in pixels, 1 ... 4096; default 32 */
     rt_schedule schedule;
-    const char *integrator; /**< "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost", "steps"; rt_integrator_at lists them */
-    const char *tracer;     /**< "auto", "kdtree", "octree", "bvh", "brute"; rt_tracer_at lists them. A missing tree is built first */
+    const char *integrator; /**< "whitted" (default), "path", "ao", "normal", "uv", "id", "depth", "cost", "steps"; rt_integrator_at lists them */
+    const char *tracer;     /**< "auto" (default), "kdtree", "octree", "bvh", "brute"; rt_tracer_at lists them. A missing tree is built first */
     uint64_t seed;
-    uint32_t max_depth; /**< bounces, 0 ... 64 */
+    uint32_t max_depth; /**< bounces, 0 ... 64; default 8 */
     rt_filter filter;
     float filter_width; /**< in pixels; 0: the filter's own (box 1, Gaussian 2) */
-    int shadows;        /**< 0: lights are never shadowed */
+    int shadows;        /**< 0: lights are never shadowed; default 1 */
     uint32_t shadow_samples; /**< rays to a spherical light a hit; 0: 1 from 16 samples a pixel up, else 16 */
     int opaque_shadows; /**< transparent bodies cast full shadows */
     uint32_t ao_samples; /**< "ao": rays a hit; 0: 1 from 16 samples up, else 16 */

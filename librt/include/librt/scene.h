@@ -70,18 +70,18 @@ typedef enum rt_material_type {
 typedef struct rt_material_desc {
     uint32_t struct_size;
     rt_material_type type;
-    rt_vec3 color;        /**< linear, 0 ... 1 */
-    float diffusion;      /**< weight of Lambert reflection, 0 ... 1 */
+    rt_vec3 color;        /**< linear, 0 ... 1; default 1, 1, 1 */
+    float diffusion;      /**< weight of Lambert reflection, 0 ... 1; default 1 */
     float reflectiveness; /**< weight of the mirror direction, 0 ... 1 */
     float transparency;   /**< weight of the refracted ray, 0 ... 1 */
-    float refractiveness; /**< index of refraction; 0 counts as 1 (paper 000 writes 0 for opaque bodies) */
-    float ambient;        /**< weight of the scene's ambient light, 0 ... 1 */
+    float refractiveness; /**< index of refraction, default 1; 0 counts as 1 (paper 000 writes 0 for opaque bodies) */
+    float ambient;        /**< weight of the scene's ambient light, 0 ... 1; default 1, which glass and mirrors had better not have */
     float specular;       /**< weight of the highlight (normalised Blinn-Phong), >= 0 */
-    float shininess;      /**< its exponent, 1 ... 100000 */
+    float shininess;      /**< its exponent, 1 ... 100000; default 50 */
     rt_vec3 emission;     /**< radiance */
     rt_texture color_texture; /**< multiplies color */
     rt_texture alpha_texture; /**< its alpha (or grey, when it has none) cuts holes where it is below alpha_cut */
-    float alpha_cut;
+    float alpha_cut; /**< default 0.5 */
     int opaque_shadow; /**< a transparent body that casts a full shadow */
 } rt_material_desc;
 RT_API rt_material_desc rt_material_desc_default(void);
@@ -94,9 +94,9 @@ RT_API rt_status rt_scene_set_material(rt_scene *scene, rt_material material, co
 /** Fields that every geometry has. */
 typedef struct rt_geometry_common {
     rt_material material;
-    uint32_t mask;    /**< seen by rays with (ray mask & mask) != 0 */
+    uint32_t mask;    /**< seen by rays with (ray mask & mask) != 0; default all bits */
     uint32_t user_id; /**< yours; in rt_surface */
-    float uv_transform[6]; /**< texture placement: u' = a u + b v + c, v' = d u + e v + f */
+    float uv_transform[6]; /**< texture placement: u' = a u + b v + c, v' = d u + e v + f; default u' = u, v' = v */
 } rt_geometry_common;
 
 /** Triangles. Degenerate ones are legal and never hit. */
@@ -134,7 +134,7 @@ typedef struct rt_sphere_desc {
     uint32_t struct_size;
     rt_geometry_common common;
     rt_vec3 center;
-    float radius; /**< > 0 */
+    float radius; /**< > 0; default 1 */
 } rt_sphere_desc;
 RT_API rt_sphere_desc rt_sphere_desc_default(void);
 RT_API rt_status rt_scene_add_sphere(rt_scene *scene, const rt_sphere_desc *desc, rt_geometry *geometry);
@@ -145,7 +145,7 @@ typedef struct rt_spheres_desc {
     rt_geometry_common common;
     const float *centers; /**< [3 count] */
     const float *radii;   /**< [count], > 0; or NULL: `radius` for all */
-    float radius;
+    float radius;         /**< default 1 */
     uint32_t count;
     const float *colors;            /**< [3 count] linear, or NULL */
     const uint32_t *face_materials; /**< [count] material ids, or NULL */
@@ -159,9 +159,9 @@ RT_API rt_status rt_scene_add_spheres(rt_scene *scene, const rt_spheres_desc *de
 typedef struct rt_plane_desc {
     uint32_t struct_size;
     rt_geometry_common common;
-    rt_vec3 point, normal; /**< normal of any length, not zero */
+    rt_vec3 point, normal; /**< normal of any length, not zero; default 0, 1, 0 */
     rt_vec3 u_axis;        /**< zero: chosen */
-    float texture_size, texture_height; /**< 1e-12 ... 1e12; the height may be 0 */
+    float texture_size, texture_height; /**< 1e-12 ... 1e12, default 1; the height may be 0 */
 } rt_plane_desc;
 RT_API rt_plane_desc rt_plane_desc_default(void);
 RT_API rt_status rt_scene_add_plane(rt_scene *scene, const rt_plane_desc *desc, rt_geometry *geometry);
@@ -169,7 +169,7 @@ RT_API rt_status rt_scene_add_plane(rt_scene *scene, const rt_plane_desc *desc, 
 typedef struct rt_box_desc {
     uint32_t struct_size;
     rt_geometry_common common;
-    rt_vec3 low, high; /**< low < high on each axis */
+    rt_vec3 low, high; /**< low < high on each axis; default -1 and 1 */
 } rt_box_desc;
 RT_API rt_box_desc rt_box_desc_default(void);
 RT_API rt_status rt_scene_add_box(rt_scene *scene, const rt_box_desc *desc, rt_geometry *geometry);
@@ -178,7 +178,7 @@ RT_API rt_status rt_scene_add_box(rt_scene *scene, const rt_box_desc *desc, rt_g
 typedef struct rt_cone_desc {
     uint32_t struct_size;
     rt_geometry_common common;
-    rt_vec3 from, to;       /**< distinct */
+    rt_vec3 from, to;       /**< distinct; to: default 0, 1, 0 */
     float radius0, radius1; /**< >= 0, not both 0; a cylinder takes radius0 */
 } rt_cone_desc;
 RT_API rt_cone_desc rt_cone_desc_default(void);
@@ -193,7 +193,7 @@ typedef struct rt_cones_desc {
     const float *from, *to; /**< [3 count], the ends of each: distinct, coordinates from -1e12 to 1e12 */
     const float *radii;     /**< [count] at `from`, up to 1e12, or NULL: `radius` for all. Cylinders' are > 0, cones' >= 0 */
     const float *to_radii;  /**< [count] cones' at `to`, >= 0, or NULL: `to_radius` for all. Not read for cylinders. Of a cone one of both is > 0 */
-    float radius, to_radius;
+    float radius, to_radius;        /**< default 1 and 0 */
     uint32_t count;                 /**< at most 2^30 */
     const float *colors;            /**< [3 count] linear, from -1e6 to 1e6, or NULL */
     const uint32_t *face_materials; /**< [count] material ids, or NULL: common.material */
@@ -207,8 +207,8 @@ RT_API rt_status rt_scene_add_cones(rt_scene *scene, const rt_cones_desc *desc, 
 typedef struct rt_torus_desc {
     uint32_t struct_size;
     rt_geometry_common common;
-    rt_vec3 center, axis;
-    float major_radius, minor_radius; /**< 0 < minor < major */
+    rt_vec3 center, axis;             /**< axis: default 0, 1, 0 */
+    float major_radius, minor_radius; /**< 0 < minor < major; default 1 and 0.25 */
 } rt_torus_desc;
 RT_API rt_torus_desc rt_torus_desc_default(void);
 RT_API rt_status rt_scene_add_torus(rt_scene *scene, const rt_torus_desc *desc, rt_geometry *geometry);
@@ -237,7 +237,7 @@ RT_API rt_status rt_scene_remove_geometry(rt_scene *scene, rt_geometry geometry)
 typedef struct rt_instance_desc {
     uint32_t struct_size;
     rt_scene *child;        /**< same context, committed before the parent is; later edits of it count from the parent's next commit */
-    rt_transform transform; /**< invertible */
+    rt_transform transform; /**< invertible; default the identity */
     rt_material material;   /**< {RT_INVALID_ID}: the child's own; else a material of the parent for all of it */
     uint32_t mask, user_id;
     const rt_transform *motion; /**< [motion_count] or NULL: where it stands at the times 1 / motion_count, 2 / motion_count, ... 1; at 0 it is `transform` */
@@ -281,10 +281,10 @@ typedef struct rt_light_desc {
     uint32_t struct_size;
     rt_light_type type;
     rt_vec3 at;        /**< POINT, SPHERE */
-    rt_vec3 direction; /**< DIRECTIONAL: the way the light travels */
-    float radius;      /**< SPHERE, > 0: soft shadows */
-    rt_vec3 color;     /**< linear, >= 0 */
-    float intensity;   /**< multiplies color */
+    rt_vec3 direction; /**< DIRECTIONAL: the way the light travels; default 0, -1, 0 */
+    float radius;      /**< SPHERE, > 0: soft shadows; default 1 */
+    rt_vec3 color;     /**< linear, >= 0; default 1, 1, 1 */
+    float intensity;   /**< multiplies color; default 1 */
     rt_falloff falloff;
     int visible;      /**< SPHERE: its body is seen (as an emissive sphere that casts no shadow of its own light) */
     uint32_t samples; /**< shadow rays a hit; 0: the render's setting */
@@ -313,9 +313,9 @@ typedef enum rt_camera_type { RT_CAMERA_PINHOLE = 0, RT_CAMERA_ORTHOGRAPHIC } rt
 typedef struct rt_camera_desc {
     uint32_t struct_size;
     rt_camera_type type;
-    rt_vec3 eye, look_at, up; /**< eye != look_at; an up along the view is replaced */
-    float fov_deg;            /**< vertical, 0 < fov < 180 */
-    float height;             /**< ORTHOGRAPHIC: height of the window in scene units, > 0 */
+    rt_vec3 eye, look_at, up; /**< eye != look_at; an up along the view is replaced; default 0, 0, 5, the origin and 0, 1, 0 */
+    float fov_deg;            /**< vertical, 0 < fov < 180; default 50 */
+    float height;             /**< ORTHOGRAPHIC: height of the window in scene units, > 0; default 2 */
     float aperture;           /**< radius of a thin lens in scene units, 0 ... 1e12; 0: everything is sharp. Focal length f, f-number N: f / (2 N) */
     float focus_distance;     /**< from eye along the view to the plane that is sharp, in scene units; 0: where look_at is */
     uint32_t blades;          /**< the lens is a regular polygon of 3 ... 64 corners in the circle of that radius; 0: a disc */
