@@ -34,9 +34,10 @@ static rt_status take_desc(const rt_context_desc *desc, rt_context_desc *full)
     memcpy(full, desc, desc->struct_size < sizeof *full ? desc->struct_size : sizeof *full);
     full->struct_size = sizeof *full;
     if (full->workers > 1024)
-        return rti_fail_alone(RT_ERROR_ARGUMENT,
-                              "rt_context_create: workers is %u; it must be from 1 to 1024, or 0: as many as there are processors",
-                              (unsigned)full->workers);
+        return rti_fail_alone(
+            RT_ERROR_ARGUMENT,
+            "rt_context_create: workers is %u; it must be from 1 to 1024, or 0: as many as there are processors",
+            (unsigned)full->workers);
     return RT_OK;
 }
 
