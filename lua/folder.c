@@ -42,7 +42,7 @@ static const char *path_of(lua_State *L, int index)
     return path;
 }
 
-/* file_stat(path): kind ("file", "folder", "other"), bytes, time of the last change in nanoseconds, inode. */
+/* file_stat(path): kind ("file", "folder", "other"), bytes, time of the last change in nanoseconds, inode, device. */
 static int file_stat(lua_State *L)
 {
     struct stat st;
@@ -53,7 +53,8 @@ static int file_stat(lua_State *L)
     lua_pushinteger(L, (lua_Integer)st.st_size);
     lua_pushinteger(L, (lua_Integer)st.st_mtim.tv_sec * 1000000000 + st.st_mtim.tv_nsec);
     lua_pushinteger(L, (lua_Integer)st.st_ino);
-    return 4;
+    lua_pushinteger(L, (lua_Integer)st.st_dev);
+    return 5;
 }
 
 /* can_create(folder): may files be made in it? */

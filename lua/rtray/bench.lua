@@ -159,6 +159,9 @@ function bench.run(command, values, arguments)
   end
   local runs = values.runs or 3
   local settings = source.open(path, values, command).scene:effective() -- faults show before the first run
+  if values.output then
+    files.check_output(values.output) -- again: now it is known what the scene reads
+  end
   local list = arrangements(path, values, settings)
   measure_all(list, runs, values)
   if values.json then

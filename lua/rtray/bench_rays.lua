@@ -2,6 +2,7 @@
 -- and its table of options becomes rows of the program's.
 
 local sys = require "rtray.sys"
+local files = require "rtray.files"
 local options = require "rtray.options"
 
 local rays = {}
@@ -19,6 +20,7 @@ function rays.options()
       list[#list + 1] = {
         key = row.name, names = { SHORT[row.name] or row.name, SHORT[row.name] and row.name or nil }, value = row.value, many = row.value and true,
         type = row.value and (FILES[row.name] and "file" or "text") or nil, help = row.help, rays = true,
+        reads = row.name == "--rays" or row.name == "--camera",
       }
     end
   end
@@ -47,6 +49,12 @@ local function arguments_of(command, values, scenes)
   return table.move(scenes, 1, #scenes, #list + 1, list)
 end
 
+local function check_output(values)
+  for _, path in ipairs(values["--output"] or {}) do
+    files.check_output(path)
+  end
+end
+
 function rays.run(command, values, scenes)
   local kept = {} -- scenes live as long as the benchmark
   local function open(name)
@@ -54,6 +62,7 @@ function rays.run(command, values, scenes)
       return nil
     end
     local scene = require("rtray.source").open(name, values, command).scene
+    check_output(values)
     scene:commit()
     kept[#kept + 1] = scene
     return scene.handle
@@ -61,6 +70,7 @@ function rays.run(command, values, scenes)
   local function stop()
     return sys.interrupted() ~= nil
   end
+  check_output(values)
   sys.defer(true)
   local ok, status = pcall(sys.bench_rays, arguments_of(command, values, scenes), open, stop)
   sys.defer(false)

@@ -1,7 +1,6 @@
 -- rtray convert FILE.sdf -o FILE.lua
 
 local sys = require "rtray.sys"
-local cli = require "rtray.cli"
 local files = require "rtray.files"
 local output = require "rtray.output"
 local types = require "rtray.types"
@@ -17,13 +16,9 @@ local function texture_path(input, target)
   end
 end
 
-function convert.run(command, values, arguments)
+function convert.run(_, values, arguments)
   local input = arguments[1]
   local target = values.output or files.folder_of(input) .. "/" .. files.stem_of(input) .. ".lua"
-  local real = sys.real_path(target)
-  if real and real == sys.real_path(input) then
-    cli.fault(command, "%s is the input itself", types.quote(target))
-  end
   files.check_output(target)
   if not values.output and not values.force and sys.stat(target) then
     error({ status = 1, message = ("%s is there already; --force replaces it, -o names another file"):format(types.quote(target)) }, 0)

@@ -1,6 +1,7 @@
 -- Names and files: where output goes, and whether it can go there.
 
 local sys = require "rtray.sys"
+local inputs = require "rtray.inputs"
 local types = require "rtray.types"
 
 local files = {}
@@ -24,11 +25,12 @@ function files.ending_of(path)
   return (files.name_of(path):match "^.+%.([^.]*)$" or ""):lower()
 end
 
--- Raises when `path` can not be written: asked before a long computation, not after it.
+-- Raises when `path` can not be written, or is what the command reads: asked before a long computation, not after it.
 function files.check_output(path)
   if path == "-" then
     return
   end
+  inputs.check(path)
   local kind = sys.stat(path)
   if kind == "folder" then
     error({ status = 1, message = ("the output %s is a folder; name a file in it"):format(types.quote(path)) }, 0)

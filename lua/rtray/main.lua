@@ -3,6 +3,7 @@
 local commands = require "rtray.commands"
 local cli = require "rtray.cli"
 local help = require "rtray.help"
+local inputs = require "rtray.inputs"
 local output = require "rtray.output"
 local faults = require "rtray.faults"
 local words = require "rt.words"
@@ -27,6 +28,7 @@ local function dispatch(argv)
     output.write(help.of(command))
     return 0
   end
+  inputs.begin(command, values, arguments)
   return require(command.module)[command.entry or "run"](command, values, arguments)
 end
 

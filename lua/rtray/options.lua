@@ -103,7 +103,9 @@ row("preset", { "--preset" }, "choice", "NAME", "axes by name: the paper's exper
 })
 row("warmup", { "--warmup" }, "count", "N", "runs of each point before the timed ones", { low = 0, high = 1000 })
 row("in_process", { "--in-process" }, nil, nil, "run in this process: trees are shared between points, times are not clean")
-row("measure", { "--measure" }, "file", "FILE", "Lua file that returns function(image, stats, point) for columns of your own")
+row("measure", { "--measure" }, "file", "FILE", "Lua file that returns function(image, stats, point) for columns of your own", {
+  reads = true,
+})
 row("reference", { "--reference" }, "text", "AXIS=VALUE,...", "compare each image with the one of the point with these values")
 row("folder", { "-o", "--output" }, "folder", "DIR", "the sweep's folder; else NAME.sweep")
 row("no_images", { "--no-images" }, nil, nil, "keep no images")

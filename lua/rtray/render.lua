@@ -21,6 +21,16 @@ local render = {}
 local PREVIEW_EVERY = 2 -- seconds
 local FORMATS = { png = "png", jpg = "jpg", jpeg = "jpg", bmp = "bmp", tga = "tga", hdr = "hdr" }
 
+-- Can all of them be written? Asked again when the scene is open, and known what it reads.
+local function check_outputs(path, values)
+  files.check_output(path)
+  for _, key in ipairs { "checkpoint", "preview" } do
+    if values[key] then
+      files.check_output(values[key])
+    end
+  end
+end
+
 -- Where the image goes and how it is written: { path, save, rows }; rows: the format can be written band by band.
 local function target_of(command, values, path)
   local out = values.output or files.stem_of(path) .. ".png"
@@ -39,22 +49,16 @@ local function target_of(command, values, path)
   if out == "-" and (values.json or values.watch) then
     cli.fault(command, "-o - and %s both want standard output", values.json and "--json" or "--watch")
   end
-  files.check_output(out)
   if values.every and not values.checkpoint then
     cli.fault(command, "--every says how often the file of --checkpoint is written; name one")
   elseif values.checkpoint == "-" then
     cli.fault(command, "--checkpoint needs the name of a file; standard output is none")
   elseif values.checkpoint and values.watch then
     cli.fault(command, "--checkpoint keeps one picture, --watch renders many")
-  elseif values.checkpoint then
-    files.check_output(values.checkpoint)
+  elseif values.preview and not FORMATS[files.ending_of(values.preview)] then
+    cli.fault(command, "the ending of %s names no image format; known are .png, .jpg, .bmp, .tga, .hdr", types.quote(values.preview))
   end
-  if values.preview then
-    if not FORMATS[files.ending_of(values.preview)] then
-      cli.fault(command, "the ending of %s names no image format; known are .png, .jpg, .bmp, .tga, .hdr", types.quote(values.preview))
-    end
-    files.check_output(values.preview)
-  end
+  check_outputs(out, values)
   local format = save.format or FORMATS[files.ending_of(out)]
   return { path = out, save = save, rows = format ~= "jpg" }
 end
@@ -140,6 +144,7 @@ local function once(opened, target, values, stale)
     local settings, sources = scene:effective()
     report.print_settings(target.path == "-" and output.note or output.print, settings, sources, opened.run)
   end
+  check_outputs(target.path, values)
   guard.own(target.path)
   if values.checkpoint then
     guard.own(values.checkpoint)

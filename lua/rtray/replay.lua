@@ -171,6 +171,9 @@ end
 
 local function make(path, r, values, command, scene_path, defines, differences)
   local opened = source.open(scene_path, option_values(values, r, defines), command, settings_of(path, r))
+  if values.output then
+    files.check_output(values.output) -- again: now it is known what the scene reads
+  end
   local description = opened.scene:hash()
   if description ~= r.description then
     differences[#differences + 1] = ("the script describes another scene here: %s, not %s"):format(description, types.quote(r.description))

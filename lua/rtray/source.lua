@@ -2,6 +2,7 @@
 
 local sys = require "rtray.sys"
 local cli = require "rtray.cli"
+local inputs = require "rtray.inputs"
 local types = require "rtray.types"
 local options = require "rtray.options"
 local output = require "rtray.output"
@@ -88,6 +89,7 @@ function source.load(path, values, command, more)
     blame(command, value)
   end
   recipe.remember(run, path, values)
+  inputs.opened(run)
   return value, run
 end
 

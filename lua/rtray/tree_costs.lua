@@ -1,6 +1,7 @@
 -- What rays cost in each tracer: camera rays pixel by pixel, and random lines against the model that trees are built by.
 
 local guard = require "rt.guard"
+local files = require "rtray.files"
 local output = require "rtray.output"
 local svg = require "rtray.svg"
 
@@ -87,6 +88,7 @@ end
 
 -- Writes the cost layer of a tracer as DIR/cost-TRACER.png, and with scale and numbers as SVG text, the picture inside. high: the end of the scale.
 function tree_costs.layer(cost, high, title, png_path)
+  files.check_output(png_path)
   guard.own(png_path)
   picture(cost, high):save(png_path)
   local file <close> = assert(io.open(png_path, "rb"))

@@ -4,6 +4,7 @@
 local sys = require "rtray.sys"
 local claims = require "rtray.claims"
 local faults = require "rtray.faults"
+local inputs = require "rtray.inputs"
 local json = require "rtray.json"
 local ledger = require "rtray.ledger"
 local limits = require "rtray.limits"
@@ -174,6 +175,11 @@ local function prepare(self, frame)
     self.claims:clear(frame)
     described.scene:release()
     return
+  end
+  local target = self.stage.target
+  inputs.check(target.place(frame))
+  if target.film then
+    inputs.check(target.out)
   end
   local mine, owner = self.claims:take(frame)
   if not mine then
