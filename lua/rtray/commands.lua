@@ -106,8 +106,8 @@ the rays of one sample; --tracers tells what they cost in each structure.]],
     arguments = { { name = "FILE.sdf", type = "scene" } }, module = "rtray.convert",
     options = options.take("output", "force"),
     text = [[
-The script renders the same bits as the file. Without -o it is written beside the file, as NAME.lua; an existing file is kept unless
---force.]],
+The script renders the same bits as the file. Without -o it is written beside the file, as NAME.lua. A file that is there
+already is kept, also one that -o names, unless --force.]],
     examples = { "rtray convert scenes/paper.sdf -o paper2.lua" },
   },
   {

@@ -20,7 +20,7 @@ function convert.run(_, values, arguments)
   local input = arguments[1]
   local target = values.output or files.folder_of(input) .. "/" .. files.stem_of(input) .. ".lua"
   files.check_output(target)
-  if not values.output and not values.force and sys.stat(target) then
+  if target ~= "-" and not values.force and sys.stat(target) == "file" then
     error({ status = 1, message = ("%s is there already; --force replaces it, -o names another file"):format(types.quote(target)) }, 0)
   end
   local paths = texture_path(input, target)

@@ -110,13 +110,15 @@ describe("convert", function()
   it("keeps an existing script unless told otherwise", function()
     local folder = support.folder()
     local path = support.write(folder .. "/a.sdf", "BEGIN_SCENE VIEWPOINT 0,0,5 END_SCENE")
-    support.write(folder .. "/a.lua", "mine")
-    local r = rtray { "convert", path }
-    assert.equal(1, r.status)
-    assert.truthy(r.err:find("--force", 1, true))
-    assert.equal("mine", support.read(folder .. "/a.lua"))
-    assert.equal(0, rtray({ "convert", path, "--force" }).status)
-    assert.truthy(support.read(folder .. "/a.lua"):find("return rt.scene", 1, true))
+    for _, more in ipairs { {}, { "-o", folder .. "/a.lua" } } do
+      support.write(folder .. "/a.lua", "mine")
+      local r = rtray { "convert", path, table.unpack(more) }
+      assert.equal(1, r.status)
+      assert.truthy(r.err:find("--force", 1, true))
+      assert.equal("mine", support.read(folder .. "/a.lua"))
+      assert.equal(0, rtray({ "convert", path, "--force", table.unpack(more) }).status)
+      assert.truthy(support.read(folder .. "/a.lua"):find("return rt.scene", 1, true))
+    end
   end)
 
   it("never overwrites its input", function()
@@ -145,7 +147,7 @@ describe("convert", function()
     local path = support.write(support.folder() .. "/a.sdf", "BEGIN_SCENE VIEWPOINT 0,0,5 END_SCENE "
       .. ("SPHERE CENTER 0,0,0 RADIUS 1 "):rep(20000) .. "SPHERE")
     support.write(folder .. "/a.lua", "old")
-    assert.equal(1, rtray({ "convert", path, "-o", folder .. "/a.lua" }).status)
+    assert.equal(1, rtray({ "convert", path, "-o", folder .. "/a.lua", "--force" }).status)
     assert.equal(1, rtray({ "convert", path, "-o", folder .. "/b.lua" }).status)
     assert.equal("old", support.read(folder .. "/a.lua"))
     assert.equal("a.lua\n", support.shell("ls " .. support.quote(folder)).out)
