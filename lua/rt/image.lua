@@ -2,6 +2,8 @@
 
 local core = require "rt.core"
 local check = require "rt.check"
+local outputs = require "rt.outputs"
+local run = require "rt.run"
 
 local image = {}
 local methods = core.image_methods
@@ -57,7 +59,8 @@ image.save_fields = {
 -- image:save(path, { format, exposure, tone, bits, quality, alpha, text }): the path is relative to where the program runs. Returns the image.
 function methods.save(self, path, options)
   local checked = image.save_options(options, "image:save")
-  core.image_save(self, check.string(path, "image:save", "the path"), checked)
+  outputs.check(check.string(path, "image:save", "the path"), "image:save")
+  core.image_save(self, path, checked)
   return self
 end
 
@@ -126,12 +129,12 @@ function image.new(what)
   if type(what) == "table" then
     return make(check.plain_table(what, "rt.image", [[rt.image { width = 64, height = 64 }]]))
   end
-  return core.image_load(require("rt.run").resolve(check.string(what, "rt.image", "the path")))
+  return core.image_load(run.resolve(check.string(what, "rt.image", "the path")))
 end
 
 -- rt.image_text(path): the text entries of an image file, { [key] = value }, without reading its pixels.
 function image.text(path)
-  return core.image_text(require("rt.run").resolve(check.string(path, "rt.image_text", "the path")))
+  return core.image_text(run.resolve(check.string(path, "rt.image_text", "the path")))
 end
 
 function image.compare(a, b, options)

@@ -3,6 +3,7 @@
 local core = require "rt.core"
 local check = require "rt.check"
 local animation = require "rt.animation"
+local outputs = require "rt.outputs"
 local scene = require "rt.scene"
 local settings = require "rt.settings"
 local words = require "rt.words"
@@ -83,6 +84,11 @@ local function render(value, r, o)
     error(("%s: rt.main takes a scene or an animation; got %s"):format(r.path, check.describe(value)), 0)
   end
   local output = o.output or (r.path:match "([^/]*)$"):gsub("%.[^.]*$", "") .. ".png"
+  outputs.check(output, "--output")
+  local read = outputs.read_by(r, output)
+  if read then
+    error(("--output: '%s' is a file that the scene reads (%s); name another file"):format(words.quote(output), words.quote(read)), 0)
+  end
   local made, stats = value:render { progress = not o.quiet and note or nil }
   made:save(output)
   if not o.quiet then

@@ -9,6 +9,7 @@ local items = require "rt.items"
 local job = require "rt.job"
 local log = require "rt.log"
 local look = require "rt.look"
+local outputs = require "rt.outputs"
 local run = require "rt.run"
 local settings = require "rt.settings"
 local material = require "rt.material"
@@ -385,7 +386,7 @@ local file_fields = {
 -- the file is as it was.
 function methods.render_to_file(self, path, t)
   local who = "scene:render_to_file"
-  check.string(path, who, "the path")
+  outputs.check(check.string(path, who, "the path"), who)
   local rest, given = {}, {}
   for key, value in next, check.plain_table(t or {}, who, "{ width = 32768, height = 32768 }") do
     if file_fields[key] then
@@ -482,8 +483,9 @@ end
 
 -- scene:save "x.rts": the committed scene as one file for rt.load_snapshot.
 function methods.save(self, path)
+  outputs.check(check.string(path, "scene:save", "the path"), "scene:save")
   self:commit()
-  core.scene_save(self.handle, check.string(path, "scene:save", "the path"))
+  core.scene_save(self.handle, path)
   return self
 end
 

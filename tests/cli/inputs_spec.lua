@@ -50,7 +50,8 @@ describe("an output that is an input", function()
     refused(scene, ITSELF, { "bench", "rays", scene, "-o", scene })
     refused(a, ITSELF, { "replay", a, "-o", a })
     local film = support.write(folder .. "/f0.png",
-      "local rt = require 'rt' return rt.animation { frames = 1, scene = function() return rt.scene { rt.sphere { center = {0, 0, 0}, radius = 1 } } end }")
+      "local rt = require 'rt' return rt.animation { frames = 1, scene = function() "
+      .. "return rt.scene { rt.sphere { center = {0, 0, 0}, radius = 1 } } end }")
     assert(os.rename(film, folder .. "/f.lua"))
     assert(os.execute(("cd %s && ln f.lua f.mp4 && ln f.lua f0.png"):format(support.quote(folder))))
     refused(folder .. "/f.lua", ITSELF, { "animate", "f.lua", "-o", "f.mp4", cwd = folder })
