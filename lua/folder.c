@@ -373,6 +373,12 @@ static int build_details(lua_State *L)
     return 1;
 }
 
+static int is_terminal(lua_State *L)
+{
+    lua_pushboolean(L, isatty((int)luaL_checkinteger(L, 1)));
+    return 1;
+}
+
 void rtl_open_folder(lua_State *L)
 {
     static const luaL_Reg lock_methods[] = {{NULL, NULL}};
@@ -389,6 +395,7 @@ void rtl_open_folder(lua_State *L)
                                          {"text_hash", text_hash},
                                          {"sleep", sleep_for},
                                          {"program", program},
+                                         {"is_terminal", is_terminal},
                                          {"build_details", build_details},
                                          {NULL, NULL}};
     rtl_class(L, RTL_LOCK, lock_methods, unlock, lock_to_string);

@@ -89,11 +89,12 @@ local function render(value, r, o)
   if read then
     error(("--output: '%s' is a file that the scene reads (%s); name another file"):format(words.quote(output), words.quote(read)), 0)
   end
-  local made, stats = value:render { progress = not o.quiet and note or nil }
+  local shown = not o.quiet and core.is_terminal(2) -- a line that is written over is one on a terminal only
+  local made, stats = value:render { progress = shown and note or nil }
   made:save(output)
   if not o.quiet then
     local width, height = made:size()
-    io.stderr:write(("\r%s: %d x %d, %d rays, %.2f s\n"):format(output, width, height, stats.rays, stats.seconds))
+    io.stderr:write(shown and "\r" or "", ("%s: %d x %d, %d rays, %.2f s\n"):format(output, width, height, stats.rays, stats.seconds))
   end
 end
 

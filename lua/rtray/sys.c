@@ -19,12 +19,6 @@ static int fail(lua_State *L, int error)
 
 /* ---- terminal and clock ---- */
 
-static int is_terminal(lua_State *L)
-{
-    lua_pushboolean(L, isatty((int)luaL_checkinteger(L, 1)));
-    return 1;
-}
-
 /* columns(fd): width of the terminal, nil when unknown. */
 static int columns(lua_State *L)
 {
@@ -114,6 +108,7 @@ static void take_from_module(lua_State *L)
                                            {"rt.core", "list_folder", "list_folder"},
                                            {"rt.core", "lock_file", "lock_file"},
                                            {"rt.core", "process_id", "process_id"},
+                                           {"rt.core", "is_terminal", "is_terminal"},
                                            {"rt.process", "spawn", "spawn"},
                                            {"rt.process", "run", "run"}};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
@@ -128,9 +123,8 @@ static void take_from_module(lua_State *L)
 
 int rtray_open_sys(lua_State *L)
 {
-    static const luaL_Reg functions[] = {
-        {"is_terminal", is_terminal}, {"columns", columns},   {"now", now}, {"real_path", real_path},
-        {"write", write_text},        {"failures", failures}, {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"columns", columns},  {"now", now},           {"real_path", real_path},
+                                         {"write", write_text}, {"failures", failures}, {NULL, NULL}};
     luaL_newlib(L, functions);
     take_from_module(L);
     rtray_open_signals(L);
