@@ -19,6 +19,13 @@ function check.fail(...)
 end
 local fail = check.fail
 
+-- The refusal of the library that a raised message tells: { status = "RT_ERROR_IO", text = the message without a place }; nil of another message, as
+-- that of Ctrl-C or of Lua's own lack of memory.
+function check.refusal(raised)
+  local failure = core.last_failure()
+  return failure and type(raised) == "string" and raised:sub(-#failure.text) == failure.text and failure or nil
+end
+
 -- A value as a message shows it.
 function check.describe(value)
   local kind = type(value)

@@ -132,6 +132,19 @@ function image.new(what)
   return core.image_load(run.resolve(check.string(what, "rt.image", "the path")))
 end
 
+-- The image in a file, or nil and why it cannot be read. What is not the file's fault is raised: Ctrl-C, a limit, memory that lacks.
+function image.try(path)
+  local ok, loaded = pcall(core.image_load, path)
+  if ok then
+    return loaded
+  end
+  local failure = check.refusal(loaded)
+  if not failure or failure.status:find "^RT_ERROR_MEMORY" then
+    error(loaded, 0)
+  end
+  return nil, failure.text
+end
+
 -- rt.image_text(path): the text entries of an image file, { [key] = value }, without reading its pixels.
 function image.text(path)
   return core.image_text(run.resolve(check.string(path, "rt.image_text", "the path")))

@@ -30,11 +30,8 @@ end
 local function load(folder, p)
   local path = folder .. "/" .. p.image
   guard.own(path)
-  local ok, loaded = pcall(image.new, path)
-  if ok then
-    return loaded
-  end
-  return false, tostring(loaded)
+  local loaded, why = image.try(path)
+  return loaded or false, why
 end
 
 -- The images of a sheet, no larger than its cells, so that few bytes are held; the cells' size, which the first image's shape decides; why one lacks.

@@ -144,8 +144,8 @@ local function add_items(self, list, who)
     scene.add_item(self, item, place)
   end)
   if not ok then
-    local failure = core.last_failure()
-    if failure and type(message) == "string" and message:sub(-#failure.text) == failure.text then
+    local failure = check.refusal(message)
+    if failure then
       message = ("%s%s (%s): %s"):format(message:sub(1, -#failure.text - 1), where(), tostring(current), failure.text)
     end
     error(message, 0)

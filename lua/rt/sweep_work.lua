@@ -18,6 +18,13 @@ local METRICS = { "psnr", "mse", "ssim", "flip", "differing" } -- against a refe
 
 -- ---- measuring ----
 
+-- A point that did not come to its end because the sweep was interrupted has not failed.
+local function raise_interruption(s, why)
+  if s.interrupted and s.interrupted() or not s.interrupted and tostring(why):find "interrupted!$" then -- lua5.4's own word
+    error("interrupted!", 0)
+  end
+end
+
 -- Asks for a run or a description where the sweep runs them.
 function sweep_work.ask(s, request)
   local answer, why
@@ -28,8 +35,8 @@ function sweep_work.ask(s, request)
   else
     answer, why = sweep_worker.fresh(request, s)
   end
-  if not answer and (s.interrupted and s.interrupted() or not s.interrupted and why:find "interrupted!$") then -- lua5.4's own word
-    error("interrupted!", 0)
+  if not answer then
+    raise_interruption(s, why)
   end
   return answer, why
 end
@@ -161,6 +168,7 @@ local function measure(s, p, picture)
   if in_lua and not s.in_process then
     local ok, columns = pcall(sweep_run.columns_of, s.measure, made, answer, sweep_run.point_of(request))
     if not ok then
+      raise_interruption(s, columns)
       return nil, tostring(columns)
     end
     answer.measured = columns
@@ -331,6 +339,8 @@ function sweep_work.work(s)
         ok, raised = pcall(keep, s, p, task.run, answer)
         if not ok and type(raised) == "table" then
           error(raised, 0)
+        elseif not ok then
+          raise_interruption(s, raised)
         end
       end
       if not answer or not ok then

@@ -1,5 +1,6 @@
 -- What was raised, as { status, message }: 1 the scene or a file, 2 the command line, 3 the machine.
 
+local check = require "rt.check"
 local limits = require "rtray.limits"
 local sys = require "rtray.sys"
 
@@ -15,9 +16,8 @@ for _, failure in ipairs(sys.failures()) do
 end
 
 local function is_machine(message)
-  local core = package.loaded["rt.core"]
-  local failure = core and core.last_failure()
-  if failure and MACHINE[failure.status] and message:sub(-#failure.text) == failure.text then
+  local failure = check.refusal(message)
+  if failure and MACHINE[failure.status] then
     return true
   end
   for _, reason in ipairs(REASONS) do

@@ -28,9 +28,8 @@ function limits.grace(seconds)
 end
 
 local function is_memory(raised)
-  local failure = require("rt.core").last_failure()
-  return type(raised) == "string" and (raised:find("not enough memory", 1, true) ~= nil
-    or failure ~= nil and failure.status == "RT_ERROR_MEMORY" and raised:sub(-#failure.text) == failure.text)
+  local failure = require("rt.check").refusal(raised)
+  return type(raised) == "string" and raised:find("not enough memory", 1, true) ~= nil or failure ~= nil and failure.status == "RT_ERROR_MEMORY"
 end
 
 -- The sentence about a limit that ran out, or nil; `raised` is the message that came of it. The limit is then no longer in the program's way.

@@ -335,8 +335,28 @@ describe("rt.report", function()
       os.remove(folder .. "/images/p3.png")
       support.write(folder .. "/images/p4.png", "\137PNG broken")
       local made = rt.report(folder, { plots = false })
-      assert.is_truthy(made.notes[1]:find("an image is left out: .*p3.png"))
+      assert.is_truthy(made.notes[1]:find("^an image is left out: [^:]*p3.png"), made.notes[1])
       assert.is_true(exists(folder .. "/contact.png"))
+    end)
+  end)
+
+  it("ends when it is interrupted while the images are read, and leaves the old sheet", function()
+    support.in_folder(function(folder)
+      sweep_folder(folder)
+      support.write(folder .. "/contact.png", "old")
+      local load_image, loads = require("rt.core").image_load, 0
+      debug.sethook(function()
+        loads = loads + (debug.getinfo(2, "f").func == load_image and 1 or 0)
+        if loads == 2 then
+          debug.sethook()
+          error "interrupted!" -- as lua5.4 at Ctrl-C
+        end
+      end, "c")
+      local message = support.message(rt.report, folder, { plots = false })
+      debug.sethook()
+      assert.is_truthy(message:find "interrupted!$", message)
+      assert.equal("old", read(folder .. "/contact.png"))
+      assert.is_false(exists(folder .. "/index.html"))
     end)
   end)
 

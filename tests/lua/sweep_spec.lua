@@ -176,6 +176,20 @@ describe("rt.sweep", function()
     end)
   end)
 
+  it("ends when `measure` is interrupted: its point has not failed", function()
+    support.in_folder(function(folder)
+      local path = support.write(folder .. "/x.lua", SCRIPT)
+      for _, in_process in ipairs { false, true } do
+        local message = support.message(rt.sweep, {
+          scene = path, over = { radius = { 1, 2 } }, in_process = in_process, output = folder .. "/out",
+          measure = function() error "interrupted!" end, -- as lua5.4 at Ctrl-C
+        })
+        assert.is_truthy(message:find "interrupted!$", message)
+        assert.is_falsy(io.open(folder .. "/out/journal.jsonl"):read("a"):find('"failed"', 1, true))
+      end
+    end)
+  end)
+
   it("leaves no pixels behind, which go to `measure` by files", function()
     support.in_folder(function(folder)
       local path, names, tmpname = support.write(folder .. "/x.lua", SCRIPT), {}, os.tmpname
