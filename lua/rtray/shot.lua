@@ -1,6 +1,7 @@
 -- One frame of an animation: described, keyed, rendered, put in its place.
 
 local sys = require "rtray.sys"
+local check = require "rt.check"
 local guard = require "rt.guard"
 local json = require "rtray.json"
 local output = require "rtray.output"
@@ -94,8 +95,9 @@ function shot.start(stage, ledger, described, workers)
   }
   guard.own(path)
   local ok, job = pcall(described.scene.start, described.scene, arguments)
-  if not ok and sys.stat(path) then -- damaged, or of another build: begin anew
-    output.note("rtray animate: frame %d begins anew: %s", described.frame, tostring(job))
+  local failure = not ok and check.refusal(job)
+  if failure and not failure.status:find "^RT_ERROR_MEMORY" and sys.stat(path) then -- damaged, or of another build: begin anew
+    output.note("rtray animate: frame %d begins anew: %s", described.frame, failure.text)
     os.remove(path)
     ok, job = true, described.scene:start(arguments)
   end
