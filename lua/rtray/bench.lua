@@ -42,6 +42,16 @@ local function note(values, ...)
   end
 end
 
+-- Each once, in the order given: by themselves one worker and one a CPU, which may be the same.
+local function worker_counts(values)
+  local list, seen = {}, {}
+  for _, count in ipairs(values.workers_list or { 1, require("rt").machine().cpus }) do
+    list[#list + 1] = not seen[count] and count or nil
+    seen[count] = true
+  end
+  return list
+end
+
 -- The arrangements to time: each has row(run) -> measured, and what the table and the CSV say of it.
 local function arrangements(path, values, settings)
   local list = {}
@@ -58,7 +68,7 @@ local function arrangements(path, values, settings)
     size[3] = "--integrator=" .. values.integrator
   end
   for _, tracer in ipairs(values.tracers_list or { "kdtree", "octree", "bvh" }) do
-    for _, workers in ipairs(values.workers_list or { 1, require("rt").machine().cpus }) do
+    for _, workers in ipairs(worker_counts(values)) do
       local more = table.move(size, 1, #size, 1, { })
       more[#more + 1] = "--tracer=" .. tracer
       more[#more + 1] = ("--workers=%d"):format(workers)
