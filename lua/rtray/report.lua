@@ -144,8 +144,10 @@ function report.print_stats(note, stats)
     end
   end
   local rays = math.max(stats.rays, 1)
-  note("nodes    %s visited, %.1f a ray", output.count(stats.nodes), stats.nodes / rays)
-  note("tests    %s primitives, %.1f a ray", output.count(stats.tests), stats.tests / rays)
+  if stats.nodes + stats.tests > 0 then -- counted by the views of costs alone
+    note("nodes    %s visited, %.1f a ray", output.count(stats.nodes), stats.nodes / rays)
+    note("tests    %s primitives, %.1f a ray", output.count(stats.tests), stats.tests / rays)
+  end
   note("memory   %s", output.bytes(stats.memory))
   note("clamped  %s, dropped %s", output.count(stats.clamped), output.count(stats.dropped))
   for i, w in ipairs(stats.per_worker) do

@@ -133,7 +133,10 @@ return rt.scene { settings = { width = 4, height = 4 }, rt.sphere { center = {0,
     assert.equal(0, r.status)
     assert.truthy(r.out:find "camera +2,400 rays")
     assert.truthy(r.out:find "worker 0 busy")
+    assert.falsy(r.out:find "\nnodes" or r.out:find "\ntests") -- not counted
     assert.equal("", r.err)
+    r = rtray { "render", support.small(folder), "--stats", "-q", "--integrator", "cost", "-o", folder .. "/x.png" }
+    assert.truthy(r.out:find "\nnodes +[%d,]+ visited.-\ntests +[%d,]+ primitives", r.out)
   end)
 
   it("writes progress as JSON lines, or none", function()
