@@ -31,7 +31,8 @@ local function check_outputs(path, values)
   end
 end
 
--- Where the image goes and how it is written: { path, save, rows }; rows: the format can be written band by band.
+-- Where the image goes and how it is written: { path, save, rows, clear }; rows: the format can be written band by band;
+-- clear: pixels that are not finished are transparent in it.
 local function target_of(command, values, path)
   local out = values.output or files.stem_of(path) .. ".png"
   local save = {}
@@ -60,7 +61,7 @@ local function target_of(command, values, path)
   end
   check_outputs(out, values)
   local format = save.format or FORMATS[files.ending_of(out)]
-  return { path = out, save = save, rows = format ~= "jpg" }
+  return { path = out, save = save, rows = format ~= "jpg", clear = save.alpha and (format == "png" or format == "tga") }
 end
 
 local function rays_of(job)
@@ -101,8 +102,8 @@ local function interrupted(target, done, saved, checkpoint)
   elseif not saved then
     output.note("rtray render: %s at %d%%; nothing was finished, so nothing was written", what, percent)
   else
-    output.note("rtray render: %s at %d%%; what is finished is in %s, the rest is transparent black. The same command renders it whole.",
-      what, percent, types.quote(target.path))
+    output.note("rtray render: %s at %d%%; what is finished is in %s, the rest is %s. The same command renders it whole.",
+      what, percent, types.quote(target.path), target.clear and "transparent" or "black")
   end
   return 1 -- the signal ends the process, see main.c
 end

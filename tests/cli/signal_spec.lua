@@ -18,11 +18,11 @@ end
 
 describe("a signal", function()
   it("ends a render, saves what is finished and says how to go on", function()
-    for _, case in ipairs { { "INT", 130 }, { "TERM", 143 } } do
+    for _, case in ipairs { { "INT", 130, "black" }, { "TERM", 143, "transparent", "--alpha" } } do
       local folder = support.folder()
-      local r = support.ended(long_render(folder), case[1], FINISHED, folder)
+      local r = support.ended(long_render(folder, case[4]), case[1], FINISHED, folder)
       assert.same({ true, case[2] }, { r.met, r.status }, r.err)
-      assert.truthy(r.err:find "interrupted at %d+%%; what is finished is in 'x.png'", r.err)
+      assert.truthy(r.err:find("interrupted at %d+%%; what is finished is in 'x.png', the rest is " .. case[3] .. "%."), r.err)
       assert.truthy(r.err:find("The same command renders it whole", 1, true), r.err)
       assert.equal("\137PNG", support.read(folder .. "/x.png"):sub(1, 4))
     end
