@@ -22,10 +22,9 @@ static rt_status check_memory(rt_context *ctx, const char *what, const rti_frame
 {
     const rt_render_desc *d = &frame->set.desc;
     if (d->memory_limit && bytes > d->memory_limit)
-        return rti_fail(
-            ctx, RT_ERROR_MEMORY_LIMIT,
-            "%s: %u x %u pixels with %u workers need %llu bytes; memory_limit is %llu. rt_render_to_file renders in bands", what,
-            d->crop.width, d->crop.height, d->workers, (unsigned long long)bytes, (unsigned long long)d->memory_limit);
+        return rti_fail(ctx, RT_ERROR_MEMORY_LIMIT, "%s: %u x %u pixels with %u workers need %llu bytes; memory_limit is %llu%s",
+                        what, d->crop.width, d->crop.height, d->workers, (unsigned long long)bytes,
+                        (unsigned long long)d->memory_limit, d->workers > 1 ? "; fewer workers take less" : "");
     return rti_image_check_room(ctx, what, d->crop.width, d->crop.height, bytes);
 }
 

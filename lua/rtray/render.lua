@@ -1,6 +1,7 @@
 -- rtray render SCENE
 
 local sys = require "rtray.sys"
+local check = require "rt.check"
 local guard = require "rt.guard"
 local bands = require "rtray.bands"
 local cli = require "rtray.cli"
@@ -138,6 +139,21 @@ local function finish(opened, job, target, values)
   end
 end
 
+-- The render in progress. What has no room as a whole would have some in bands, if the format took them.
+local function start(scene, target, values)
+  local ok, job = pcall(scene.start, scene, {
+    preview = values.preview ~= nil, checkpoint = values.checkpoint, checkpoint_every = values.every, checkpoint_keep = true, -- until it is saved
+  })
+  local failure = not ok and check.refusal(job)
+  if failure and failure.status == "RT_ERROR_MEMORY_LIMIT" and not target.rows then
+    error({ status = 3, message = ("%s; a JPEG is written from the whole image: .png, .bmp, .tga and .hdr take one band after the other"):format(
+      failure.text) }, 0)
+  elseif not ok then
+    error(job, 0)
+  end
+  return job
+end
+
 -- Renders once. `stale` (or nil) says that the scene's files have changed, so that this render is pointless.
 local function once(opened, target, values, stale)
   local scene = opened.scene
@@ -154,9 +170,7 @@ local function once(opened, target, values, stale)
   if values.bands or target.rows and bands.needed(scene) then
     return bands.render(opened, target, values)
   end
-  local job <close> = scene:start {
-    preview = values.preview ~= nil, checkpoint = values.checkpoint, checkpoint_every = values.every, checkpoint_keep = true, -- until it is saved
-  }
+  local job <close> = start(scene, target, values)
   sys.defer(true)
   local state, done = attend(job, values, progress.new(values, target.path), stale)
   if state == "cancelled" and not sys.interrupted() then

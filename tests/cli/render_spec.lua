@@ -240,6 +240,10 @@ return rt.scene { settings = { width = 4, height = 4 }, rt.sphere { center = {0,
     local r = rtray { "render", support.small(folder), "--size", "2000x2000", "--memory-limit", "1M", "-o", folder .. "/x.jpg" }
     assert.equal(3, r.status)
     assert.truthy(r.err:find("1048576", 1, true), r.err)
+    assert.truthy(r.err:find(".png, .bmp, .tga and .hdr take one band after the other", 1, true), r.err)
+    r = rtray { "render", support.small(folder), "--memory-limit", "1K", "-j", "2", "-o", folder .. "/x.png" } -- in bands of a row already
+    assert.equal(3, r.status)
+    assert.truthy(r.err:find "40 x 1 pixels with 2 workers need %d+ bytes; memory_limit is 1024; fewer workers take less\n$", r.err)
   end)
 
   it("keeps a preview up to date", function()

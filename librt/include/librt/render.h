@@ -40,7 +40,8 @@ typedef struct rt_render_desc {
     rt_tile crop;        /**< only this part is rendered and returned; width 0: all */
     float *pixels;       /**< caller's buffer, float[4] a pixel of the crop, or NULL: the image has its own. Must live until the job is destroyed */
     size_t pixels_stride; /**< bytes from row to row of that buffer; 0: dense */
-    uint64_t memory_limit; /**< bytes this render may take beside the scene; 0: what is free. More ends with MEMORY_LIMIT and the numbers */
+    uint64_t memory_limit; /**< bytes this render may take beside the scene; 0: what is free. More ends with MEMORY_LIMIT and the numbers;
+                                rt_render_to_file takes a band at a time */
     const char *checkpoint; /**< file that keeps what is done (NULL: none), see below; the string is copied */
     double checkpoint_every; /**< seconds between two writings, > 0; 0: 60 */
     int checkpoint_keep;     /**< the file stays, with the whole picture, when the render is done; else it is removed then */
