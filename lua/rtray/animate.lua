@@ -230,7 +230,11 @@ end
 function animate.run(command, values, arguments)
   local stage = stage_of(command, values, arguments[1])
   local folder = stage.target.folder
-  files.check_output(stage.target.film and stage.target.out or sys.stat(folder) and folder .. "/x" or folder)
+  if stage.target.film or not sys.stat(folder) then
+    files.check_output(stage.target.film and stage.target.out or folder)
+  else
+    files.check_output(stage.target.place(0), stage.target.out)
+  end
   local before = work.stamp(stage.path)
   local animation, first_run = source.animation(stage.path, values, command)
   local list = frames.expand(command, values.frames, animation.frames)

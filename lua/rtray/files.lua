@@ -26,27 +26,29 @@ function files.ending_of(path)
 end
 
 -- Raises when `path` can not be written, or is what the command reads: asked before a long computation, not after it.
-function files.check_output(path)
+-- shown: the name in messages, where the user has written another.
+function files.check_output(path, shown)
   if path == "-" then
     return
   end
   inputs.check(path)
+  shown = types.quote(shown or path)
   local kind = sys.stat(path)
   if kind == "folder" then
-    error({ status = 1, message = ("the output %s is a folder; name a file in it"):format(types.quote(path)) }, 0)
+    error({ status = 1, message = ("the output %s is a folder; name a file in it"):format(shown) }, 0)
   elseif kind == "other" then
     return
   end
   local folder = files.folder_of(path)
   local folder_kind, why = sys.stat(folder)
   if folder_kind ~= "folder" then
-    error({ status = 1, message = ("the output %s cannot be written: the folder %s %s"):format(types.quote(path), types.quote(folder),
+    error({ status = 1, message = ("the output %s cannot be written: the folder %s %s"):format(shown, types.quote(folder),
       folder_kind and "is a file" or "cannot be used: " .. why) }, 0)
   end
   local ok
   ok, why = sys.can_create(folder)
   if not ok then
-    error({ status = 1, message = ("the output %s cannot be written into the folder %s: %s"):format(types.quote(path), types.quote(folder), why) }, 0)
+    error({ status = 1, message = ("the output %s cannot be written into the folder %s: %s"):format(shown, types.quote(folder), why) }, 0)
   end
 end
 

@@ -245,6 +245,7 @@ describe("a bad input of animate", function()
     os.execute("mkdir -p " .. quote(folder .. "/dir.mp4"))
     refused(1, "is a folder; name a file in it", "-o", folder .. "/dir.mp4")
     refused(1, "cannot be", "-o", "/proc/%d.png")
+    refused(1, ("the output '%s/%%d.png' cannot be written: the folder '%s' is a file"):format(path, path), "-o", path .. "/%d.png")
     assert.equal("a.lua dir.mp4 file ", list(folder))
   end)
 
