@@ -32,7 +32,7 @@ or version is refused.]],
   {
     name = "animate", summary = "render the frames of an animation, and a film of them", module = "rtray.animate",
     arguments = { SCENE },
-    options = options.take("frames", "output", "size", "samples", "workers", "at_once", "keep_going", "every", "define", "set", "integrator",
+    options = options.take("frames", "film_output", "size", "samples", "workers", "at_once", "keep_going", "every", "define", "set", "integrator",
       "tracer", "builder", "tile", "schedule", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "crop", "seed",
       "memory_limit", "exposure", "tone", "bits", "quality", "alpha", "format", "no_metadata", "progress", "quiet", "json", "stats"),
     text = [[
@@ -67,7 +67,7 @@ unless told otherwise).]],
   {
     name = "tree", summary = "show the trees of a scene: statistics, costs of rays, drawn cells", module = "rtray.tree",
     arguments = { SCENE },
-    options = options.take("folder", "cut", "color", "group", "shown_tracers", "builder", "size", "define", "set", "frame", "seed", "json"),
+    options = options.take("drawings", "cut", "color", "group", "shown_tracers", "builder", "size", "define", "set", "frame", "seed", "json"),
     text = [[
 Prints the statistics of every tree as info does, the leaves of one group's trees by depth and by references, what camera rays cost in
 each structure (inner nodes and leaves visited, primitives tested: mean, what 95 of 100 rays stay below, max; of a kd-tree

@@ -14,6 +14,7 @@ end
 
 row("help", { "-h", "--help" }, nil, nil, "show the command's help")
 row("output", { "-o", "--output" }, "file", "FILE", "write to FILE; - is standard output")
+row("film_output", { "-o", "--output" }, "file", "FILE", "write to FILE: a film, or a pattern as frame%04d.png", { key = "output" })
 row("define", { "-D", "--define" }, "define", "NAME=VALUE", "set a declared parameter of the script (repeatable)", { many = true })
 row("set", { "--set" }, "text", "NAME", "choose one of the script's parameter sets")
 
@@ -118,7 +119,7 @@ row("no_report", { "--no-report" }, nil, nil, "make no page, contact sheets and 
 row("no_plots", { "--no-plots" }, nil, nil, "do not run gnuplot; the page has its own plots all the same")
 row("force", { "-f", "--force" }, nil, nil, "replace an existing file")
 
-row("folder", { "-o", "--output" }, "folder", "DIR", "write pictures into the folder DIR, which is made")
+row("drawings", { "-o", "--output" }, "folder", "DIR", "write pictures into the folder DIR, which is made", { key = "folder" })
 row("cut", { "--cut" }, "cut", "PLANE", "plane of the drawn cells: y=1.5 (coordinate), y=40% (of the tree's box) or NX,NY,NZ@PX,PY,PZ")
 row("group", { "--group" }, "group", "N", "what the tree stands over, as the statistics name it: 0, 1, 0.1 (a part), top")
 row("color", { "--color" }, "choice", "WHAT", "what the colour of a cell shows: depth or references", { choices = { "depth", "references" } })

@@ -38,6 +38,14 @@ describe("help", function()
     end
   end)
 
+  it("says of -o what each command does with it", function()
+    for name, words in pairs { animate = "a film, or a pattern", sweep = "the sweep's folder", tree = "write pictures into",
+      render = "is standard output",
+      bench = "is standard output" } do
+      assert.truthy(rtray({ "help", name }).out:match("%-o, %-%-output [^\n]*"):find(words, 1, true), name)
+    end
+  end)
+
   it("prints the version", function()
     local r = rtray { "--version" }
     assert.equal(0, r.status)
