@@ -2,6 +2,7 @@
 -- medians are shown.
 
 local child = require "rtray.child"
+local cli = require "rtray.cli"
 local csv = require "rt.csv"
 local study = require "rt.study"
 local sweep_folder = require "rt.sweep_folder"
@@ -164,7 +165,9 @@ end
 
 function bench.run(command, values, arguments)
   local path = arguments[1]
-  if values.output then
+  if values.output == "-" and values.json then
+    cli.fault(command, "-o - and --json both want standard output")
+  elseif values.output then
     files.check_output(values.output)
   end
   local runs = values.runs or 3
@@ -176,6 +179,9 @@ function bench.run(command, values, arguments)
   measure_all(list, runs, values)
   if values.json then
     output.print("%s", json.encode(as_json(list, path, settings, runs)))
+  elseif values.output == "-" then
+    output.write(as_csv(list, path, settings))
+    return 0
   else
     print_tables(list, path, settings, runs)
   end

@@ -40,8 +40,7 @@ describe("help", function()
 
   it("says of -o what each command does with it", function()
     for name, words in pairs { animate = "a film, or a pattern", sweep = "the sweep's folder", tree = "write pictures into",
-      render = "is standard output",
-      bench = "is standard output" } do
+      render = "is standard output", bench = "is standard output" } do
       assert.truthy(rtray({ "help", name }).out:match("%-o, %-%-output [^\n]*"):find(words, 1, true), name)
     end
   end)

@@ -169,6 +169,15 @@ describe("bench", function()
     assert.equal(13, #require("cjson").decode(rtray({ "bench", support.small(), "--runs", "1", "--workers", "1,2", "--json", "-q" }).out).results)
   end)
 
+  it("writes its rows to standard output for -o -", function()
+    local folder = support.folder()
+    local r = rtray { "bench", support.small(folder), "--runs", "1", "--workers", "1", "-q", "-o", "-", cwd = folder }
+    assert.equal(0, r.status, r.err)
+    assert.truthy(r.out:find "^scene,kind,structure,", r.out)
+    assert.is_false(support.exists(folder .. "/-"))
+    assert.equal(2, rtray({ "bench", support.small(folder), "-o", "-", "--json" }).status)
+  end)
+
   it("reports a fault before the first run", function()
     local r = rtray { "bench", support.write(support.folder() .. "/s.lua", "error 'bad'") }
     assert.equal(1, r.status)
