@@ -6,6 +6,7 @@ local guard = require "rt.guard"
 local bands = require "rtray.bands"
 local cli = require "rtray.cli"
 local files = require "rtray.files"
+local hints = require "rtray.hints"
 local json = require "rtray.json"
 local limits = require "rtray.limits"
 local output = require "rtray.output"
@@ -32,7 +33,7 @@ local function check_outputs(path, values)
   end
 end
 
--- Where the image goes and how it is written: { path, save, rows, clear }; rows: the format can be written band by band;
+-- Where the image goes and how it is written: { path, save, format, rows, clear }; rows: the format can be written band by band;
 -- clear: pixels that are not finished are transparent in it.
 local function target_of(command, values, path)
   local out = values.output or files.stem_of(path) .. ".png"
@@ -62,7 +63,7 @@ local function target_of(command, values, path)
   end
   check_outputs(out, values)
   local format = save.format or FORMATS[files.ending_of(out)]
-  return { path = out, save = save, rows = format ~= "jpg", clear = save.alpha and (format == "png" or format == "tga") }
+  return { path = out, save = save, format = format, rows = format ~= "jpg", clear = save.alpha and (format == "png" or format == "tga") }
 end
 
 local function rays_of(job)
@@ -162,6 +163,7 @@ local function once(opened, target, values, stale)
     report.print_settings(target.path == "-" and output.note or output.print, settings, sources, opened.run)
   end
   check_outputs(target.path, values)
+  hints.tell(scene, (scene:effective()), target.format, values)
   guard.own(target.path)
   if values.checkpoint then
     guard.own(values.checkpoint)

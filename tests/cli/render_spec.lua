@@ -204,7 +204,7 @@ return rt.scene { settings = { width = 4, height = 4 }, rt.sphere { center = {0,
       local rt = require "rt"
       print("said", 1, nil)
       io.write "written\n"
-      return rt.scene { rt.sphere { center = {0, 0, 0}, radius = 1 } }
+      return rt.scene { ambient = {1, 1, 1}, rt.sphere { center = {0, 0, 0}, radius = 1 } }
     ]])
     local r = rtray { "render", scene, "-q", "--size", "8x8", "-o", "-" }
     assert.equal(0, r.status, r.err)
@@ -244,6 +244,33 @@ return rt.scene { settings = { width = 4, height = 4 }, rt.sphere { center = {0,
     r = rtray { "render", support.small(folder), "--memory-limit", "1K", "-j", "2", "-o", folder .. "/x.png" } -- in bands of a row already
     assert.equal(3, r.status)
     assert.truthy(r.err:find "40 x 1 pixels with 2 workers need %d+ bytes; memory_limit is 1024; fewer workers take less\n$", r.err)
+  end)
+
+  it("warns of a picture that will be black, and of views that a format cuts off", function()
+    local folder = support.folder()
+    local function err(lines, ...)
+      local path = support.write(folder .. "/s.lua", "local rt = require 'rt'\nlocal ball = { center = {0, 0, 0}, radius = 1 }\nreturn rt.scene { "
+        .. "settings = { width = 8, height = 6, samples = 1 }, " .. lines .. " }")
+      local r = rtray { "render", path, "-o", folder .. "/x.png", ... }
+      assert.equal(0, r.status, r.err)
+      return r.err
+    end
+    local ball, none = "rt.sphere(ball)", "the picture will be black"
+    assert.truthy(err("", "-q"):find "^rtray render: the picture will be black: the scene is empty\n$")
+    assert.truthy(err(ball, "-q"):find "^rtray render: the picture will be black: the scene has no light; [^\n]*\n$")
+    assert.truthy(err("rt.instance { " .. ball .. " }"):find(none, 1, true))
+    assert.truthy(err("ambient = {0, 0, 0}, background = rt.vec(0, 0, 0), " .. ball, "--integrator", "path"):find(none, 1, true))
+    for _, lit in ipairs { "ambient = {0.1, 0.1, 0.1}, " .. ball, "background = {0, 0, 1}", "background_top = {0, 0, 1}, " .. ball,
+      "rt.point_light { at = {0, 5, 0} }, " .. ball, "rt.sphere { center = {0, 0, 0}, radius = 1, material = rt.emissive { emission = {1, 1, 1} } }",
+      "background = rt.image { width = 2, height = 2 }" } do
+      assert.equal("", err(lit, "-q"), lit)
+    end
+    assert.equal("", err(ball, "-q", "--integrator", "ao"))
+    for _, view in ipairs { "depth", "steps" } do
+      assert.truthy(err(ball, "--integrator", view):find "above 1 are white in this format; %.hdr keeps them", view)
+      assert.falsy(err(ball, "--integrator", view, "--format", "hdr"):find("above 1", 1, true))
+    end
+    assert.equal("", err(ball, "--integrator", "depth", "-q"))
   end)
 
   it("keeps a preview up to date", function()
