@@ -30,6 +30,18 @@ local function rows_of(path)
 end
 
 describe("bench rays", function()
+  it("shows the sets that were measured before Ctrl-C, and writes their rows alone", function()
+    local folder = support.folder()
+    support.small(folder)
+    local r = support.ended({ "bench", "rays", "small.lua", "--size=64x48", "--repeats=1000", "--sets=primary,diffuse", "--tracers=bvh",
+      "--inputs=blocks", "-o", "x.csv" }, "INT", 'grep -q "diffuse is measured" "$LOG"', folder)
+    assert.same({ true, 130 }, { r.met, r.status }, r.err)
+    assert.truthy(r.out:find("small primary, 3072 rays", 1, true), r.out)
+    assert.falsy(r.out:find("diffuse", 1, true), r.out)
+    local rows = rows_of(folder .. "/x.csv")
+    assert.same({ 1, "primary" }, { #rows, rows[1].set })
+  end)
+
   it("measures a script's scene with every tracer, and no hit differs", function()
     local folder = support.folder()
     local csv = folder .. "/x.csv"

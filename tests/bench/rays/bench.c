@@ -81,7 +81,7 @@ static int scene(run *r, const char *name)
         status = bench_source_open(&source, r->o, &w, reference);
     if (status == BENCH_OK)
         status = sets_of(r, &w, &source, &entrants, reference, brute);
-    if (status == BENCH_OK)
+    if (status == BENCH_OK || r->rows.count > first) /* also the sets that were measured before it was interrupted */
         bench_table_scene(stdout, r->o, &w, &source, &entrants, r->rows.list + first, r->rows.count - first);
     bench_source_close(&source);
     rt_tracer_destroy(reference);

@@ -404,8 +404,12 @@ int bench_measure(const bench_options *o, const bench_front *front, const bench_
 {
     session s = {.o = o, .front = front, .world = world, .rays = rays, .entrants = entrants};
     int status = prepare(&s, reference, brute);
-    for (uint32_t i = 0; i < o->thread_count && status == BENCH_OK; i++)
+    for (uint32_t i = 0; i < o->thread_count && status == BENCH_OK; i++) {
+        uint32_t whole = rows->count;
         status = measure_threads(&s, i, rows);
+        if (status != BENCH_OK)
+            rows->count = whole; /* begun, not measured */
+    }
     free(s.scratch);
     free(s.lanes);
     free(s.reference.hits);
