@@ -120,9 +120,9 @@ static rt_status find_format(rt_context *ctx, const char *path, const char *want
                         rti_quote(name, sizeof name, path, strlen(path)));
     const char *near = rti_nearest(word, format_names, RTI_COUNT(format_names));
     char shown[64];
-    return rti_fail(ctx, RT_ERROR_UNSUPPORTED, "%s: image format '%s' is not known%s%s%s; there are png, jpg, bmp, tga and hdr",
+    return rti_fail(ctx, RT_ERROR_UNSUPPORTED, "%s: image format '%s' is not known; %s%s%sknown are png, jpg, bmp, tga and hdr",
                     rti_quote(name, sizeof name, path, strlen(path)), rti_quote(shown, sizeof shown, word, strlen(word)),
-                    near ? "; did you mean '" : "", near ? near : "", near ? "'" : "");
+                    near ? "did you mean '" : "", near ? near : "", near ? "'? " : "");
 }
 
 static rt_status check(rt_context *ctx, const rti_save_format *format, uint32_t width, uint32_t height, const rt_save_desc *d)

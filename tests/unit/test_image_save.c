@@ -244,7 +244,7 @@ static void test_refused(void **state)
     rt_image *image = picture(4, 4);
     rt_save_desc d = rt_save_desc_default(), bad;
     (void)state;
-    refuse(image, test_path(&test, "a.pgn"), d, RT_ERROR_UNSUPPORTED, "did you mean 'png'");
+    refuse(image, test_path(&test, "a.pgn"), d, RT_ERROR_UNSUPPORTED, "did you mean 'png'? known are png,");
     refuse(image, test_path(&test, "noending"), d, RT_ERROR_UNSUPPORTED, "no ending");
     refuse(image, "-", d, RT_ERROR_UNSUPPORTED, "no ending");
     refuse(image, "/nowhere at all/a.png", d, RT_ERROR_IO, "no such file or folder");
