@@ -59,10 +59,10 @@ local function distance(a, b)
   return row[#b]
 end
 
--- The name nearest to a word (at most 1 + a third of its length apart; the first of equals), or nil.
+-- The name nearest to a word (at most 1 + a third of its length apart; the first of equals), or nil. Nobody misspells a number.
 function words.nearest(word, names)
   local best, best_distance = nil, 2 + #word // 3
-  if #word > 64 then
+  if #word > 64 or tonumber(word) then
     return nil
   end
   for _, name in ipairs(names) do
