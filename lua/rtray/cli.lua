@@ -6,7 +6,7 @@ local types = require "rtray.types"
 local cli = {}
 
 local function fault(command, message, ...)
-  error({ status = 2, message = message:format(...), usage = command and command.name }, 0)
+  error({ status = 2, message = message:format(...), usage = command and (command.spoken or command.name) }, 0)
 end
 cli.fault = fault
 

@@ -75,7 +75,7 @@ function help.overview()
   local out = { "usage: rtray COMMAND [ARGUMENTS] [OPTIONS]", "", "Renders scenes with librt.", "", "Commands:" }
   for _, command in ipairs(commands) do
     if not command.hidden then
-      out[#out + 1] = ("  %-10s %s"):format(command.name, command.summary)
+      out[#out + 1] = ("  %-10s %s"):format(command.spoken or command.name, command.summary)
     end
   end
   out[#out + 1] = ""

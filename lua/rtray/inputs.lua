@@ -13,7 +13,7 @@ local command, named, scene = nil, {}, nil
 
 -- A command begins, as cli.parse gives it.
 function inputs.begin(row, values, arguments)
-  command, named, scene = row.name, {}, nil
+  command, named, scene = row.spoken or row.name, {}, nil
   for i, path in ipairs(arguments) do
     local argument = row.arguments[math.min(i, #row.arguments)]
     named[#named + 1] = argument and READ[argument.type] and path or nil

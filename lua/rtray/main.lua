@@ -8,7 +8,20 @@ local output = require "rtray.output"
 local faults = require "rtray.faults"
 local words = require "rt.words"
 
+-- Two words for one command, also behind help.
+local function joined(argv)
+  local at = argv[1] == "help" and 2 or 1
+  if argv[at] ~= "bench" or argv[at + 1] ~= "rays" then
+    return argv
+  end
+  local list = table.move(argv, 1, #argv, 1, {})
+  list[at] = "bench-rays"
+  table.remove(list, at + 1)
+  return list
+end
+
 local function dispatch(argv)
+  argv = joined(argv)
   local first = argv[1]
   if first == nil then
     output.note("%s", (help.overview():gsub("\n$", "")))
@@ -21,9 +34,8 @@ local function dispatch(argv)
   elseif first:sub(1, 1) == "-" then
     cli.fault(nil, "a command stands first, and %s is an option; `rtray help` lists the commands", first)
   end
-  local skip = first == "bench" and argv[2] == "rays" and 2 or 1 -- two words for one command
-  local command = help.find(skip == 2 and "bench-rays" or first)
-  local values, arguments = cli.parse(command, argv, skip + 1)
+  local command = help.find(first)
+  local values, arguments = cli.parse(command, argv, 2)
   if values.help then
     output.write(help.of(command))
     return 0

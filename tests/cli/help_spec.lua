@@ -10,8 +10,10 @@ describe("help", function()
     local r = rtray { "help" }
     assert.equal(0, r.status)
     for _, name in ipairs(COMMANDS) do
-      assert.truthy(r.out:find("\n  " .. name .. " ", 1, true), name)
+      assert.truthy(r.out:find("\n  " .. (name == "bench-rays" and "bench rays" or name) .. " ", 1, true), name)
     end
+    assert.equal(rtray({ "help", "bench-rays" }).out, rtray({ "help", "bench", "rays" }).out)
+    assert.truthy(rtray({ "bench", "rays", "--nosuch" }).err:find("Try `rtray help bench rays`", 1, true))
     assert.equal(r.out, rtray({ "--help" }).out)
     assert.equal("", r.err)
   end)
