@@ -9,14 +9,15 @@ local commands = {
   {
     name = "render", summary = "render a scene to an image file", module = "rtray.render",
     arguments = { SCENE },
-    options = options.take("output", "size", "samples", "workers", "define", "set", "frame", "integrator", "tracer", "builder", "tile",
-      "schedule", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "crop", "seed", "memory_limit", "exposure",
+    options = options.take("output", "size", "samples", "workers", "define", "set", "frame", "eye", "at", "fov", "integrator", "tracer", "builder",
+      "tile", "schedule", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "crop", "seed", "memory_limit", "exposure",
       "tone", "bits", "quality", "alpha", "format", "no_metadata", "bands", "band_memory", "checkpoint", "every", "watch", "preview",
       "progress", "quiet", "json", "stats", "settings"),
     text = [[
 SCENE is a Lua script, an old scene definition file (.sdf) or a mesh file (PLY, OBJ, STL). Without -o the image is NAME.png in this
 folder. A setting given here wins over the chosen set, that over the script's settings, those over the built-in ones. A mesh file is
-shown on a floor under a lamp, with a camera that frames it. Of an animation one frame is rendered, --frame N or the first.
+shown on a floor under a lamp, with a camera that frames it unless --eye, --at and --fov say more. Of an animation one frame is
+rendered, --frame N or the first.
 
 Ctrl-C (or SIGTERM) saves what is finished and ends; a second one ends at once. An image that does not fit the memory is rendered band
 by band straight into the file; --bands asks for that.
@@ -67,7 +68,8 @@ unless told otherwise).]],
   {
     name = "tree", summary = "show the trees of a scene: statistics, costs of rays, drawn cells", module = "rtray.tree",
     arguments = { SCENE },
-    options = options.take("drawings", "cut", "color", "group", "shown_tracers", "builder", "size", "define", "set", "frame", "seed", "json"),
+    options = options.take("drawings", "cut", "color", "group", "shown_tracers", "builder", "size", "define", "set", "frame", "eye", "at", "fov",
+      "seed", "json"),
     text = [[
 Prints the statistics of every tree as info does, the leaves of one group's trees by depth and by references, what camera rays cost in
 each structure (inner nodes and leaves visited, primitives tested: mean, what 95 of 100 rays stay below, max; of a kd-tree
@@ -85,8 +87,8 @@ whole, and the picture says how many. Without --cut the plane goes through the m
   {
     name = "pixel", summary = "explain one pixel: its rays, what they hit and what each brought", module = "rtray.pixel",
     arguments = { SCENE, { name = "X,Y", type = "text" } },
-    options = options.take("sample", "all_samples", "svg", "tracers_list", "size", "samples", "define", "set", "frame", "integrator",
-      "tracer", "builder", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "seed", "json"),
+    options = options.take("sample", "all_samples", "svg", "tracers_list", "size", "samples", "define", "set", "frame", "eye", "at", "fov",
+      "integrator", "tracer", "builder", "max_depth", "shadow_samples", "opaque_shadows", "no_shadows", "filter", "seed", "json"),
     text = [[
 X,Y counts from the top left, from 0. Each sample is a tree of rays: the camera ray, and from what it hits mirrored, refracted and
 scattered rays and shadow rays, with hit, names, position, normal, texture coordinates and material. The lines with + are what a ray

@@ -61,6 +61,9 @@ row("bands", { "--bands" }, nil, nil, "render band by band straight into the fil
 row("band_memory", { "--band-memory" }, "bytes", "BYTES", "memory of a band, as in 256M")
 
 row("frame", { "--frame" }, "count", "N", "the frame of an animation, counted from 0", { low = 0, high = 999999 })
+row("eye", { "--eye" }, "point", "X,Y,Z", "of a mesh file: where the camera stands")
+row("at", { "--at" }, "point", "X,Y,Z", "of a mesh file: what the camera looks at; else the middle")
+row("fov", { "--fov" }, "number", "DEGREES", "of a mesh file: the vertical field of view", { low = 1, high = 179 })
 row("frames", { "--frames" }, "frames", "RANGES", "the frames, as in 0:119 or 0:119:2 or 7,9; all unless told")
 row("at_once", { "--at-once" }, "count", "N", "frames rendered at the same time; 0: chosen", { low = 0, high = 1024 })
 row("keep_going", { "-k", "--keep-going" }, nil, nil, "a frame that fails does not stop the others")

@@ -168,6 +168,7 @@ local facts_of = setmetatable({}, { __mode = "k" })
 function recipe.remember(r, path, values)
   facts_of[r] = {
     path = path, folder = files.folder_of(path), define = values.define or {}, set = values.set, seed = values.seed or 0,
+    view = (values.eye or values.at or values.fov) and { eye = values.eye, at = values.at, fov = values.fov } or nil,
     text = files.ending_of(path) == "sdf" and sandbox.text(path) or nil,
   }
 end
@@ -188,8 +189,9 @@ function recipe.of(opened, settings_json, save)
   for _, name in ipairs(SAVE) do
     saved:set(name, save and save[name])
   end
+  local view = facts.view and json.object():set("eye", facts.view.eye):set("at", facts.view.at):set("fov", facts.view.fov)
   return json.encode(json.object():set("recipe", FORM):set("librt", require("rt").version):set("scene", files.name_of(facts.path))
-    :set("set", facts.set):set("seed", facts.seed):set("frame", opened.frame):set("parameters", parameters_of(r, facts))
+    :set("set", facts.set):set("seed", facts.seed):set("frame", opened.frame):set("view", view):set("parameters", parameters_of(r, facts))
     :set("settings", settings_json):set("save", saved):set("description", opened.scene:hash()):set("files", entries))
 end
 
@@ -264,6 +266,14 @@ local function check_file(path, entry)
   end
 end
 
+local function is_point(value)
+  return value == nil or type(value) == "table" and #value == 3 and math.type(value[1]) and math.type(value[2]) and math.type(value[3])
+end
+
+local function is_view(view)
+  return type(view) == "table" and is_point(view.eye) and is_point(view.at) and optional(view.fov, "number")
+end
+
 -- The recipe of an image: a table as recipe.of writes it, checked; `image`: hash of the picture's pixels, or nil.
 function recipe.read(path)
   local texts = texts_of(path)
@@ -285,6 +295,8 @@ function recipe.read(path)
   if not is_name(r.scene) or r.scene:find "/" or r.scene:sub(1, 1) == "." or not (optional(r.set, "string") and math.type(r.seed) == "integer") or
     not (r.frame == nil or math.type(r.frame) == "integer" and r.frame >= 0) then
     broken(path, "the scene, set, seed or frame")
+  elseif r.view ~= nil and not is_view(r.view) then
+    broken(path, "the view")
   end
   for _, entry in ipairs(r.files) do
     check_file(path, entry)

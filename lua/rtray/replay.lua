@@ -109,6 +109,9 @@ end
 
 local function option_values(values, r, defines)
   local t = { define = defines, set = r.set, seed = r.seed, frame = r.frame, quiet = true, stranger = true }
+  for _, key in ipairs { "eye", "at", "fov" } do
+    t[key] = r.view and r.view[key]
+  end
   for _, key in ipairs { "allow_read", "limit", "workers", "json" } do
     t[key] = values[key]
   end

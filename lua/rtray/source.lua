@@ -2,6 +2,7 @@
 
 local sys = require "rtray.sys"
 local cli = require "rtray.cli"
+local files = require "rtray.files"
 local inputs = require "rtray.inputs"
 local types = require "rtray.types"
 local options = require "rtray.options"
@@ -59,6 +60,22 @@ local function frame_of(animation, values, command)
   return animation:scene_at(frame)
 end
 
+local MESHES = { ply = true, obj = true, stl = true }
+
+-- --eye, --at, --fov: a mesh file has no camera of its own.
+local function set_view(scene, path, values, command)
+  local given = values.eye and "--eye" or values.at and "--at" or values.fov and "--fov"
+  if not given then
+    return
+  elseif not MESHES[files.ending_of(path)] then
+    cli.fault(command, "%s is for mesh files (.ply, .obj, .stl); %s has a camera of its own", given, types.quote(path))
+  end
+  local framed = scene.camera
+  scene:set_camera(require("rt").camera {
+    eye = values.eye or framed.eye, look_at = values.at or framed.look_at, up = framed.up, fov = values.fov or framed.fov,
+  })
+end
+
 -- Runs what stands at `path`: the value it returns, and the run with the script's parameters and sets.
 -- more: settings of the command's own, stronger than the options.
 function source.load(path, values, command, more)
@@ -88,6 +105,7 @@ function source.load(path, values, command, more)
   if not ok then
     blame(command, value)
   end
+  set_view(value, path, values, command)
   recipe.remember(run, path, values)
   inputs.opened(run)
   return value, run

@@ -82,6 +82,16 @@ local function three(text)
   return x and y and z and { x + 0.0, y + 0.0, z + 0.0 }
 end
 
+function readers.point(_, text)
+  local point = three(text)
+  for i = 1, 3 do
+    if not point or math.abs(point[i]) > 1e12 then
+      return nil, "X,Y,Z is expected, as in 0,1.5,4"
+    end
+  end
+  return point
+end
+
 -- A plane: AXIS=COORDINATE, AXIS=PART%, or NX,NY,NZ@PX,PY,PZ.
 function readers.cut(_, text)
   local expected = "a plane is expected: y=1.5 (a coordinate), y=40% (of the tree's box) or NX,NY,NZ@PX,PY,PZ (normal, point)"

@@ -54,6 +54,9 @@ local function says(r, status, ...)
   end
 end
 
+local MESH = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+  .. "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+
 -- Changes the recipe that lies beside x.bmp.
 local function forge(folder, change)
   local path = folder .. "/x.bmp.json"
@@ -122,6 +125,25 @@ describe("replay", function()
     says(replay(folder, "obj.png"), 4, "the file 'm.obj' is another", "describes another scene")
     render(folder, "--frame", "1", "--bands", "-o", "b.png")
     says(replay(folder, "b.png"), 0)
+  end)
+
+  it("keeps the view that --eye, --at and --fov give of a mesh file", function()
+    local folder = support.folder()
+    support.write(folder .. "/m.ply", MESH)
+    local quick = { "--size", "16x12", "-n", "1", "-q" }
+    assert.equal(0, rtray({ "render", "m.ply", "-o", "framed.png", cwd = folder, table.unpack(quick) }).status)
+    for option, value in pairs { ["--eye"] = "0.5,0.5,3", ["--at"] = "1,0,0", ["--fov"] = "20" } do
+      local r = rtray { "render", "m.ply", "-o", "x.png", option, value, cwd = folder, table.unpack(quick) }
+      assert.equal(0, r.status, r.err)
+      assert.equal(4, rtray({ "compare", "framed.png", "x.png", "-q", cwd = folder }).status, option)
+      says(replay(folder, "x.png"), 0, "the same bits")
+    end
+    local r = rtray { "pixel", "m.ply", "8,6", "--eye", "0,0,5", "--json", "--size", "16x12", cwd = folder }
+    assert.same({ 0, 0, 5 }, cjson.decode(r.out).rays[1].origin)
+    scene(folder)
+    says(rtray { "render", "s.lua", "--fov", "30", cwd = folder }, 2, "--fov is for mesh files (.ply, .obj, .stl); 's.lua' has a camera of its own")
+    says(rtray { "render", "m.ply", "--eye", "1,2", cwd = folder }, 2, "X,Y,Z is expected")
+    says(rtray { "render", "m.ply", "--eye", "1,2,3", "--at", "1,2,3", cwd = folder }, 1, "eye and look_at are the same point")
   end)
 
   it("works for the images of a sweep", function()
