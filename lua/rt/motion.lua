@@ -302,7 +302,7 @@ local CAMERA_KEYS = { "eye", "look_at", "up", "fov", "height", "aperture", "f_st
 
 local function move_camera(a, b)
   if not a or not b or same(a, b) then
-    return a
+    return a or nil
   elseif (a.projection or "pinhole") ~= (b.projection or "pinhole") then
     check.fail("rt.motion: the camera's projection differs between the shutter's open and close; a camera keeps its own")
   elseif a.motion or b.motion then
@@ -339,9 +339,9 @@ function motion.join(open, close)
   for _, id in ipairs(check.sorted_keys(open.lights)) do
     lights[#lights + 1] = open.lights[id]
   end
-  local world = open.world or {}
+  local world = open.world
   local joined = scene.new {
-    name = open.name, camera = move_camera(open.camera, close.camera), ambient = world.ambient, background = world.background,
+    name = open.name or nil, camera = move_camera(open.view, close.view), ambient = world.ambient, background = world.background,
     background_top = world.background_top, pair(open, close), lights,
   }
   joined.settings, joined.run = open.settings, open.run

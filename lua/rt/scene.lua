@@ -15,6 +15,7 @@ local settings = require "rt.settings"
 local material = require "rt.material"
 local query = require "rt.query"
 local vertices = require "rt.vertices"
+local words = require "rt.words"
 
 local scene = {}
 local methods = {}
@@ -31,7 +32,8 @@ end
 local function empty(handle)
   return setmetatable({
     handle = handle, dirty = true, ids = {}, objects = {}, instances = {}, lights = {}, children = {}, child_of_instance = {}, materials = {},
-    keeps = {}, settings = {}, run = run.current(),
+    keeps = {}, settings = {}, run = run.current() or false, name = false, view = false, world = {}, read_only = false, framed = false,
+    committed = false, -- all there is, so that what a script assigns besides is seen (meta.__newindex)
   }, meta)
 end
 
@@ -200,14 +202,32 @@ end
 function methods.set_camera(self, camera)
   fields.camera(camera, "scene:set_camera", "the argument")
   core.set_camera(self.handle, camera.start, camera.finish)
-  self.camera, self.dirty = camera, true
+  self.view, self.dirty = camera, true
   return self
+end
+
+-- What a made scene is told by methods; the rest of what rt.scene takes is for rt.scene alone.
+local told_by = { camera = "scene:set_camera(rt.camera { ... }) sets it", settings = "scene.settings = { ... } sets them" }
+
+-- Assigning to a made scene would change nothing.
+function meta.__newindex(_, key)
+  local shown = check.describe(key)
+  if math.type(key) then
+    check.fail("rt.scene: item %s cannot be assigned to a made scene; scene:add(object) adds one", shown)
+  elseif settings.fields[key] then
+    check.fail("rt.scene: %s cannot be assigned to a made scene; it is a setting, as in scene.settings.%s or scene:render { %s = ... }", shown,
+      key, key)
+  end
+  local meant = fields[key] and key or type(key) == "string" and words.nearest(key, check.sorted_keys(fields))
+  local guess = meant and meant ~= key and "did you mean " .. meant .. "? " or ""
+  local hint = meant and (told_by[meant] or ("rt.scene { %s = ... } takes it"):format(meant)) or "scene:set_camera and scene:add change one"
+  check.fail("rt.scene: %s cannot be assigned to a made scene; %s%s", shown, guess, hint)
 end
 
 -- Without a camera of its own a scene is framed for the image's shape.
 local function frame(self, width, height)
   local aspect = width / height
-  if not self.camera and not self.read_only and self.framed ~= aspect then
+  if not self.view and not self.read_only and self.framed ~= aspect then
     core.frame_camera(self.handle, aspect)
     self.framed, self.dirty = aspect, true
   end
@@ -226,7 +246,7 @@ function scene.new(t)
   check.plain_table(t, "rt.scene", "rt.scene { camera = ..., objects }")
   local o = check.fields(t, fields, "rt.scene", true)
   local self = empty(core.scene())
-  self.settings, self.name = o.settings or {}, o.name
+  self.settings, self.name = o.settings or {}, o.name or false
   if o.camera then
     self:set_camera(o.camera)
   end
@@ -253,7 +273,7 @@ end
 
 -- The settings that hold, and where each comes from ("argument", "command line", "set NAME", "script", "built in").
 function methods.effective(self, arguments)
-  local r, layers = self.run, { { self.settings, "script" } }
+  local r, layers = self.run, { { settings.check(self.settings, "scene.settings"), "script" } } -- a script may have assigned them
   if r then
     local set = r.set and r.sets[r.set]
     if set then

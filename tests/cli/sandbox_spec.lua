@@ -176,7 +176,10 @@ describe("a script in the sandbox", function()
 
   it("stays guarded beside the lines of a repl, which are not", function()
     local folder, other = support.folder(), support.folder()
-    support.write(folder .. "/s.lua", SCENE .. "function evil() rt.image { width = 2, height = 2 }:save 'x.png' end scene.evil = evil return scene")
+    support.write(folder .. "/s.lua", SCENE .. [[
+      function evil() rt.image { width = 2, height = 2 }:save 'x.png' end
+      rawset(scene, 'evil', evil)
+      return scene]])
     support.write(folder .. "/lines", ("rt.image { width = 2, height = 2 }:save '%s/own.png'\nprint(pcall(scene.evil))\n"):format(other))
     local r = support.shell(support.command { "repl", "s.lua" } .. " <lines", folder)
     assert.equal(0, r.status, r.err)
@@ -192,7 +195,7 @@ describe("a script in the sandbox", function()
       for name in pairs(g) do g[name] = nil end
       rt.scene, rt.version = nil]]
     assert.equal(0, r.status, r.err)
-    r = script [[setmetatable(_G, { __index = function(_, k) error("no " .. k) end }) ; string.format = error; scene.handle2 = 1]]
+    r = script [[setmetatable(_G, { __index = function(_, k) error("no " .. k) end }) ; string.format = error; scene.settings.samples = 1]]
     assert.equal(0, r.status, r.err)
   end)
 

@@ -125,6 +125,35 @@ describe("a scene", function()
     raises("rt.scene takes one table, as in rt.scene { camera = ..., objects }; got nil", function() return rt.scene(), nil end)
   end)
 
+  it("takes no assignment that would change nothing, and says what does", function()
+    local scene = support.ball()
+    local camera = rt.camera { eye = { 0, 0, 50 }, look_at = { 0, 0, 0 } }
+    for _, row in ipairs {
+      { "camera", "'camera' cannot be assigned to a made scene; scene:set_camera(rt.camera { ... }) sets it" },
+      { "cammera", "'cammera' cannot be assigned to a made scene; did you mean camera? scene:set_camera(rt.camera { ... }) sets it" },
+      { "background", "'background' cannot be assigned to a made scene; rt.scene { background = ... } takes it" },
+      { 3, "item 3 cannot be assigned to a made scene; scene:add(object) adds one" },
+      { "samples", "'samples' cannot be assigned to a made scene; it is a setting, as in scene.settings.samples or scene:render { samples = ... }" },
+      { "zzzzzzzzz", "'zzzzzzzzz' cannot be assigned to a made scene; scene:set_camera and scene:add change one" },
+    } do
+      raises("rt.scene: " .. row[2], function() scene[row[1]] = camera end)
+    end
+    local framed = rt.scene { rt.point_light { at = { 3, 5, 4 } }, rt.sphere { center = { 0, 1, 0 }, radius = 1 } }
+    local image = framed:render { width = 16, height = 12, samples = 1 }
+    pcall(function() framed.camera = camera end)
+    assert.equal(image:hash(), framed:render { width = 16, height = 12, samples = 1 }:hash())
+  end)
+
+  it("takes other settings", function()
+    local scene = support.ball()
+    scene.settings = { size = { 8, 6 }, samples = 2 }
+    assert.same({ 8, 6 }, { scene:render():size() })
+    scene.settings.sampels = 3
+    raises("scene.settings has no setting 'sampels'; did you mean samples?", function() scene:render() end)
+    scene.settings = 5
+    raises("scene.settings must be a table, as { width = 800, samples = 4 }; got 5", function() scene:render() end)
+  end)
+
   it("tells of itself", function()
     local scene = support.ball()
     local info = scene:info()
