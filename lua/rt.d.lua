@@ -1124,7 +1124,7 @@ function rt.look_at(from, to, up) end
 
 ---Declares parameters: { name = default } or { name = { default, type =, min =, max =, step =, choices =, help =, label = } }; `sets` names sets of values.
 ---@param declarations table
----@return table values
+---@return table values to be read, by name or by pairs
 function rt.params(declarations) end
 
 ---Runs a scene script, or reads a mesh (.ply, .obj, .stl), an old scene definition (.sdf) or a saved scene (.rts).

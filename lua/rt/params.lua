@@ -228,10 +228,16 @@ local function values_of(list)
   for _, p in ipairs(list) do
     values[p.name], known[p.name] = p.value, true
   end
-  return setmetatable(values, {
+  return setmetatable({}, { -- empty, so that assigning to a declared name is seen, too
     __name = "rt.params values",
     __index = function(_, key)
-      check.unknown(WHO, key, known, "parameter")
+      if not known[key] then
+        check.unknown(WHO, key, known, "parameter")
+      end
+      return values[key]
+    end,
+    __pairs = function()
+      return next, values
     end,
     __newindex = function(_, key)
       fail("%s: %s cannot be assigned; parameters are set on the command line, by a set, or by their default", WHO, check.describe(key))

@@ -133,6 +133,17 @@ describe("rt.params", function()
     with_script('local rt = require "rt"\nlocal p = rt.params { ior = 1 }; p.x = 2\n', function(path)
       fails(path, "rt.params: 'x' cannot be assigned")
     end)
+    with_script('local rt = require "rt"\nlocal p = rt.params { ior = 1 }; p.ior = 3\n', function(path)
+      fails(path, "rt.params: 'ior' cannot be assigned; parameters are set on the command line, by a set, or by their default")
+    end)
+  end)
+
+  it("gives values that pairs lists", function()
+    local text = 'local rt = require "rt"\nlocal t = {}\nfor k, v in pairs(rt.params { ior = 1, n = 2 }) do t[k] = v end\n' ..
+      "return function() return t end\n"
+    with_script(text, function(path)
+      assert.same({ ior = 7, n = 2 }, (run(path, { ior = 7 })))
+    end)
   end)
 end)
 
