@@ -39,6 +39,8 @@ void rtl_open_context(lua_State *L);
 int rtl_raise(lua_State *L, const char *format, ...);
 /** Its address is the registry's key of the function that knows the place a tail call has lost (lua/rt/run.lua). */
 extern const char rtl_lost_place;
+/** Pushes "file:line: " of the nearest function outside the module and returns 1, or nothing and 0. [-0, +(0|1)] */
+int rtl_place(lua_State *L);
 /** Pushes "file:line: " of the nearest function outside the module, or "". [-0, +1] */
 void rtl_where(lua_State *L);
 /** Raises a message of the library, or the status's name when it is empty. */

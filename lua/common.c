@@ -15,7 +15,7 @@ static int starts_with(const char *s, const char *head)
     return strncmp(s, head, strlen(head)) == 0;
 }
 
-void rtl_where(lua_State *L)
+int rtl_place(lua_State *L)
 {
     lua_Debug ar;
     for (int level = 0; lua_getstack(L, level, &ar); level++) {
@@ -25,8 +25,16 @@ void rtl_where(lua_State *L)
         }
         if (ar.currentline > 0 && !starts_with(ar.source, "=rt/") && !starts_with(ar.source, "=rtray/")) {
             lua_pushfstring(L, "%s:%d: ", ar.short_src, ar.currentline);
-            return;
+            return 1;
         }
+    }
+    return 0;
+}
+
+void rtl_where(lua_State *L)
+{
+    if (rtl_place(L)) {
+        return;
     }
     if (lua_rawgetp(L, LUA_REGISTRYINDEX, &rtl_lost_place) != LUA_TFUNCTION || lua_pcall(L, 0, 1, 0) != LUA_OK) {
         lua_pop(L, 1);

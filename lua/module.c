@@ -67,6 +67,13 @@ static int where(lua_State *L)
     return 1;
 }
 
+/* place() -> the same, or nil when a tail call took the script's function from the stack: cheap, for each description keeps its
+ * own */
+static int place(lua_State *L)
+{
+    return rtl_place(L);
+}
+
 /* on_lost_place(f): f() gives the place when a tail call took the script's function from the stack */
 static int on_lost_place(lua_State *L)
 {
@@ -77,8 +84,8 @@ static int on_lost_place(lua_State *L)
 
 static void open_core(lua_State *L)
 {
-    static const luaL_Reg functions[] = {
-        {"cwd", cwd}, {"clock", clock_seconds}, {"where", where}, {"on_lost_place", on_lost_place}, {NULL, NULL}};
+    static const luaL_Reg functions[] = {{"cwd", cwd},     {"clock", clock_seconds},         {"where", where},
+                                         {"place", place}, {"on_lost_place", on_lost_place}, {NULL, NULL}};
     luaL_newlib(L, functions);
     rtl_open_common(L);
     rtl_open_context(L);

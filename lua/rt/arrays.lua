@@ -108,8 +108,13 @@ function arrays.triangles(value, who, key)
   return value
 end
 
+local polygons_meta = {} -- of faces that were checked
+
 -- Faces of any number of corners: the count of each and all corners in a row.
 function arrays.polygons(value, who, key)
+  if getmetatable(value) == polygons_meta then
+    return value
+  end
   check_list(value, who, key)
   local sizes, indices = {}, {}
   for i, face in ipairs(value) do
@@ -122,7 +127,7 @@ function arrays.polygons(value, who, key)
       indices[#indices + 1] = vertex(face[k], who, "%s[%d][%d]", key, i, k)
     end
   end
-  return { sizes = core.buffer("u32", sizes), indices = core.buffer("u32", indices) }
+  return setmetatable({ sizes = core.buffer("u32", sizes), indices = core.buffer("u32", indices) }, polygons_meta)
 end
 
 -- A list of materials, one an item.

@@ -124,6 +124,25 @@ function fields.motion(value, who, key)
   return check.fields(check.plain_table(value, who .. ": " .. key, "motion = { eye = {1, 1, 5} }"), WAY, who .. ": " .. key)
 end
 
+-- The camera's numbers, and those at the end of its way.
+local function numbers(o, who)
+  local parallel = o.projection == "orthographic"
+  check_pairs(o, who)
+  check_kind(o, parallel, who)
+  if o.unit and not o.f_stop then
+    check.fail("%s: unit says how many metres a scene unit is for f_stop, which is not given", who)
+  end
+  local motion = o.motion
+  if not motion then
+    return resolve(o, who)
+  elseif (motion.projection or o.projection) ~= o.projection then
+    check.fail("%s: motion has another projection; a camera keeps its own", who)
+  end
+  check_pairs(motion, who .. ": motion")
+  check_kind(motion, parallel, who .. ": motion")
+  return resolve(o, who), resolve(at_end(o, motion), who .. ": motion")
+end
+
 local camera = {}
 
 -- rt.camera { eye = ..., look_at = ..., aperture = 0.05, focus_at = ..., shutter = 0.5, motion = { eye = ... } }
@@ -131,22 +150,13 @@ camera.new = class.new {
   name = "camera", kind = "camera", example = "rt.camera { eye = {0, 1, 5}, look_at = {0, 0, 0} }",
   fields = fields, required = { "eye", "look_at" },
   finish = function(o, _, who)
-    local parallel = o.projection == "orthographic"
-    check_pairs(o, who)
-    check_kind(o, parallel, who)
-    if o.unit and not o.f_stop then
-      check.fail("%s: unit says how many metres a scene unit is for f_stop, which is not given", who)
-    end
-    o.start = resolve(o, who)
-    if o.motion then
-      if (o.motion.projection or o.projection) ~= o.projection then
-        check.fail("%s: motion has another projection; a camera keeps its own", who)
-      end
-      check_pairs(o.motion, who .. ": motion")
-      check_kind(o.motion, parallel, who .. ": motion")
-      o.finish = resolve(at_end(o, o.motion), who .. ": motion")
-    end
+    numbers(o, who)
   end,
 }
+
+-- What the library takes for a camera as it is now: its numbers, and those at the end of its way or nil.
+function camera.numbers(o)
+  return check.at(o.place, numbers, class.checked(o), tostring(o))
+end
 
 return camera

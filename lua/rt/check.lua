@@ -14,8 +14,21 @@ end
 local FLOAT_MAX = 3.4028234e38
 check.FLOAT_MAX = FLOAT_MAX
 
+local place -- where a fault is told to be, when that is not where the script is
+
 function check.fail(...)
-  error(core.where() .. string.format(...), 0)
+  error((place or core.where()) .. string.format(...), 0)
+end
+
+-- f(...), whose faults are those of another place; nil: where the script is.
+function check.at(where, f, ...)
+  place = where
+  local ok, result, more = pcall(f, ...)
+  place = nil
+  if not ok then
+    error(result, 0)
+  end
+  return result, more
 end
 local fail = check.fail
 

@@ -1,9 +1,11 @@
 -- Descriptions: checked tables that say what a thing is. A class has a name, the fields it may have and the ones it must have.
 
+local core = require "rt.core"
 local check = require "rt.check"
 
 local class = {}
 local kinds = setmetatable({}, { __mode = "k" }) -- metatable -> kind: "shape", "light", "material", ...
+local specs = setmetatable({}, { __mode = "k" }) -- metatable -> what class.new was given
 
 local function to_string(meta)
   return function(o)
@@ -11,17 +13,31 @@ local function to_string(meta)
   end
 end
 
--- { name, kind, fields, required, example, items, finish }: a function that makes such descriptions, and their metatable.
+-- A script may give a description other values. That a new key is none of the kind's is seen here; a key that was given before is only looked at
+-- when the description is used (class.checked).
+local function assign(who, fields)
+  return function(o, key, value)
+    local field = fields[key] or check.unknown(who, key, fields, "key")
+    if value ~= nil then
+      value = field(value, tostring(o), key)
+    end
+    rawset(o, key, value)
+  end
+end
+
+-- { name, kind, fields, required, example, items, shared, finish }: a function that makes such descriptions, and their metatable. shared: what all
+-- of them have.
 -- items: positional items are kept unchecked in .items for finish(o, t, who), which may raise or complete the description.
 function class.new(spec)
   local who = "rt." .. spec.name
   local meta = { __name = who }
-  meta.__index = spec.methods
+  meta.__index = spec.shared
+  meta.__newindex = assign(who, spec.fields)
   meta.__tostring = to_string(meta)
-  kinds[meta] = spec.kind
+  kinds[meta], specs[meta] = spec.kind, spec
   spec.fields.name = check.string
   local fields, required, finish = spec.fields, spec.required or {}, spec.finish
-  local checked_fields, checked_required = check.fields, check.required
+  local checked_fields, checked_required, place = check.fields, check.required, core.place
   return function(t)
     check.plain_table(t, who, spec.example)
     local o = checked_fields(t, fields, who, spec.items)
@@ -29,8 +45,32 @@ function class.new(spec)
     if finish then
       finish(o, t, who)
     end
+    o.place = place() -- where it was described, for who finds a fault in it later
     return setmetatable(o, meta)
   end, meta
+end
+
+local function checked(o)
+  local spec, copy, who = specs[getmetatable(o)], {}, tostring(o)
+  for _, key in ipairs(check.sorted_keys(spec.fields)) do
+    local value = rawget(o, key)
+    copy[key] = value ~= nil and spec.fields[key](value, who, key) or value
+  end
+  check.required(copy, spec.required or {}, who)
+  return copy
+end
+
+-- The values of a description as they are now, checked again; a fault is told with the place where it was described.
+function class.checked(o)
+  return check.at(o.place, checked, o)
+end
+
+-- What a script has made wrong in a description, as a sentence; nil: nothing, or it is none.
+function class.fault(o)
+  if class.kind(o) then
+    local ok, message = pcall(class.checked, o)
+    return not ok and message or nil
+  end
 end
 
 -- The kind of a description, or nil for other values.

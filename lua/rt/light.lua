@@ -11,10 +11,7 @@ local function new(name, kind, example, required, own)
     fields[key] = field
   end
   return (class.new {
-    name = name, kind = "light", example = example, fields = fields, required = required,
-    finish = function(o)
-      o.light = kind
-    end,
+    name = name, kind = "light", example = example, fields = fields, required = required, shared = { light = kind },
   })
 end
 

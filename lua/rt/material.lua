@@ -48,18 +48,13 @@ material.classic = class.new {
     shininess = check.number { low = 1, high = 100000 }, alpha_texture = material.texture_field, alpha_cut = weight,
     opaque_shadow = check.boolean,
   },
-  finish = function(o)
-    o.model = "classic"
-  end,
+  shared = { model = "classic" },
 }
 
 -- A body that shines and scatters nothing.
 material.emissive = class.new {
   name = "emissive", kind = "material", example = "rt.emissive { emission = {4, 4, 4} }",
-  fields = { emission = check.color() }, required = { "emission" },
-  finish = function(o)
-    o.model = "emissive"
-  end,
+  fields = { emission = check.color() }, required = { "emission" }, shared = { model = "emissive" },
 }
 
 material.field = class.field("material", "rt.classic { ... } gives it")

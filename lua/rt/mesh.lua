@@ -64,9 +64,10 @@ mesh.mesh = class.new {
 mesh.polyhedron = class.new {
   name = "polyhedron", kind = "shape", example = "rt.polyhedron { vertices = {...}, faces = {{1, 2, 3, 4}, ...} }",
   fields = shapes.fields { vertices = arrays.floats(3), faces = arrays.polygons }, required = { "vertices", "faces" },
+  shared = { add = "add_polyhedron" },
   finish = function(o, _, who)
     arrays.check_corners(o.faces.indices, #o.vertices // 3, who, "faces")
-    o.add, o.face_sizes, o.indices = "add_polyhedron", o.faces.sizes, o.faces.indices
+    o.face_sizes, o.indices = o.faces.sizes, o.faces.indices
   end,
 }
 
@@ -89,10 +90,14 @@ mesh.group = class.new {
   end,
 }
 
+local rows_meta = {} -- of a motion that was checked: 12 numbers a place
+
 -- Where an instance stands at the end of its way, or a list of the places it passes.
 local function motion(value, who, key)
   local places = value
-  if type(value) ~= "table" then
+  if getmetatable(value) == rows_meta then
+    return value
+  elseif type(value) ~= "table" then
     check.fail("%s: %s must be a transform or a list of transforms; got %s", who, key, check.describe(value))
   elseif math.type(value[1]) then
     places = { value }
@@ -103,7 +108,7 @@ local function motion(value, who, key)
   for i, place in ipairs(places) do
     table.move(transform.field(place, who, places == value and ("%s[%d]"):format(key, i) or key), 1, 12, #rows + 1, rows)
   end
-  return rows -- 12 numbers a place
+  return setmetatable(rows, rows_meta)
 end
 
 function mesh.places(value)

@@ -41,12 +41,12 @@ function same(a, b)
     return false
   end
   for key, value in next, a do
-    if not same(value, b[key]) then
+    if key ~= "place" and not same(value, b[key]) then -- where it was described
       return false
     end
   end
   for key in next, b do
-    if a[key] == nil then
+    if a[key] == nil and key ~= "place" then
       return false
     end
   end
@@ -57,14 +57,14 @@ end
 
 -- A copy with other fields.
 local function with(o, fields)
-  local copy = setmetatable({}, getmetatable(o))
+  local copy = {}
   for key, value in next, o do
     copy[key] = value
   end
   for key, value in next, fields do
     copy[key] = value
   end
-  return copy
+  return setmetatable(copy, getmetatable(o))
 end
 
 local function minus(a, b)
@@ -115,7 +115,7 @@ local function differing(a, b, moved, who)
   local list = {}
   for _, o in ipairs { a, b } do
     for _, key in ipairs(check.sorted_keys(o)) do
-      if not moved[key] and not same(a[key], b[key]) and key ~= "material" then
+      if not moved[key] and not same(a[key], b[key]) and key ~= "material" and key ~= "place" then
         list[key] = true
       end
     end
@@ -248,7 +248,9 @@ local function move(a, b)
   end
   local still = with(b, {}) -- materials of the close are not seen
   still.material = a.material
-  still.materials = a.materials and b.materials and #a.materials == #b.materials and a.materials or b.materials
+  if a.materials and b.materials and #a.materials == #b.materials then
+    still.materials = a.materials
+  end
   return same(a, still) and a or move_shape(a, still, who)
 end
 
@@ -310,7 +312,7 @@ local function move_camera(a, b)
   end
   local keys = {}
   for key, value in next, a do
-    keys[key] = key ~= "start" and key ~= "finish" and value or nil
+    keys[key] = key ~= "place" and value or nil
   end
   keys.motion = {}
   for _, key in ipairs(CAMERA_KEYS) do

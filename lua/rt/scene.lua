@@ -1,6 +1,7 @@
 -- Scenes: descriptions handed to librt, renders and ray queries.
 
 local core = require "rt.core"
+local camera_numbers = require("rt.camera").numbers
 local check = require "rt.check"
 local class = require "rt.class"
 local guard = require "rt.guard"
@@ -39,6 +40,8 @@ end
 
 -- ---- adding ----
 
+local subject -- the item or material that is being handed to the library; after an error the one that it is about
+
 -- The id of a texture: a description, or a file's name.
 local function texture_id(self, texture)
   if texture == nil then
@@ -65,8 +68,10 @@ local function material_id(self, description)
   end
   local id = self.ids[description]
   if not id then
+    local before = subject
+    subject = description
     id = core.material(self.handle, description, texture_id(self, description.texture), texture_id(self, description.alpha_texture))
-    self.ids[description], self.materials[id] = id, description
+    self.ids[description], self.materials[id], subject = id, description, before
   end
   return id
 end
@@ -135,22 +140,37 @@ function scene.add_item(self, item, place)
     local hint = scene.is(item) and "; rt.instance { scene } places a scene" or class.kind(item) and "; it has a key of its own" or ""
     check.fail("rt.scene: %s is %s; an item is an object, a list of items or false%s", place(), check.describe(item), hint)
   end
+  local before = subject
+  subject = item
   adder(self, item, place)
+  subject = before
 end
 
--- Adds all items of a list. What the library refuses is said with the item's place, since the script's line is only where the list ends.
+-- What was raised about an item, with its place. A description that the script has changed is looked at again, for only it can say what the script
+-- calls the value; what the library refuses is told at the description's line, since the script's is only where the list ends.
+local function about_item(message, item, place)
+  local fault = class.fault(subject) or class.fault(item)
+  if fault then
+    return ("%s (%s, %s)"):format(fault, place, tostring(item))
+  end
+  local failure = check.refusal(message)
+  if failure then
+    local where = class.kind(subject) and subject.place or message:sub(1, -#failure.text - 1)
+    return ("%s%s (%s): %s"):format(where, place, tostring(item), failure.text)
+  end
+  return message
+end
+
+-- Adds all items of a list.
 local function add_items(self, list, who)
   local current, where
+  subject = nil
   local ok, message = pcall(items.walk, list, who, function(item, place)
     current, where = item, place
     scene.add_item(self, item, place)
   end)
   if not ok then
-    local failure = check.refusal(message)
-    if failure then
-      message = ("%s%s (%s): %s"):format(message:sub(1, -#failure.text - 1), where(), tostring(current), failure.text)
-    end
-    error(message, 0)
+    error(current ~= nil and about_item(message, current, where()) or message, 0)
   end
   log.deliver()
 end
@@ -201,7 +221,7 @@ end
 -- scene:set_camera(rt.camera { ... }): the camera of renders from now on.
 function methods.set_camera(self, camera)
   fields.camera(camera, "scene:set_camera", "the argument")
-  core.set_camera(self.handle, camera.start, camera.finish)
+  core.set_camera(self.handle, camera_numbers(camera))
   self.view, self.dirty = camera, true
   return self
 end

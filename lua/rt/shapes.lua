@@ -21,15 +21,9 @@ function shapes.fields(own)
 end
 
 local function new(name, example, required, own, finish)
-  local add = "add_" .. name
   return (class.new {
-    name = name, kind = "shape", example = example, fields = shapes.fields(own), required = required,
-    finish = function(o, t, who)
-      o.add = add
-      if finish then
-        finish(o, t, who)
-      end
-    end,
+    name = name, kind = "shape", example = example, fields = shapes.fields(own), required = required, finish = finish,
+    shared = { add = "add_" .. name },
   })
 end
 

@@ -30,6 +30,50 @@ describe("a description", function()
   end)
 end)
 
+-- Each row: lines of e.lua, s being a sphere of line 1, and the sentence.
+local changes = {
+  { "s.radus = 3", "e.lua:2: rt.sphere has no key 'radus'; did you mean radius?" },
+  { "s[1] = 3", "e.lua:2: rt.sphere has no key 1; known are center, mask, material, name, radius, user_id, uv_transform" },
+  { "s.mask = -1", "e.lua:2: rt.sphere 'ball': mask must be a whole number from 0 to 4.29497e+09; got -1" },
+  { "s.radius = -1\nrt.scene { s }", "e.lua:1: rt.sphere 'ball': radius must be greater than 0; got -1 (item 1, rt.sphere 'ball')" },
+  { "s.center = 'x'\nrt.scene { { false, s } }", "e.lua:1: rt.sphere 'ball': center must be {x, y, z}; got 'x' (item 1.2, rt.sphere 'ball')" },
+  { "s.radius = -1\nrt.scene { rt.instance { s } }", "e.lua:1: rt.sphere 'ball': radius must be greater than 0; got -1 (item 1, rt.instance)" },
+  { "local m = rt.classic { color = {1, 1, 1} }\nm.color = {0, 9, 0}\ns.material = m\nrt.scene { s }",
+    "e.lua:2: rt.classic: color[2] must be from 0 to 1; got 9 (item 1, rt.sphere 'ball')" },
+  { "local l = rt.point_light { at = {0, 5, 0} }\nl.at = 5\nrt.scene { s, l }",
+    "e.lua:2: rt.point_light: at must be {x, y, z}; got 5 (item 2, rt.point_light)" },
+  { "local c = rt.camera { eye = {0, 1, 5}, look_at = {0, 0, 0}, fov = 40 }\nc.fov = 400\nrt.scene { s, camera = c }",
+    "e.lua:2: rt.camera: fov must be greater than 0 and less than 180; got 400" },
+  { "local i = rt.instance { s, motion = { rt.scale(1), rt.scale(2) }, mask = 1 }\ni.mask = -1\nrt.scene { i }",
+    "e.lua:2: rt.instance: mask must be a whole number from 0 to 4.29497e+09; got -1 (item 1, rt.instance)" },
+  { "local p = rt.polyhedron { vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0}, faces = {{1, 2, 3}}, mask = 1 }\np.mask = -1\nrt.scene { p }",
+    "e.lua:2: rt.polyhedron: mask must be a whole number from 0 to 4.29497e+09; got -1 (item 1, rt.polyhedron)" },
+}
+
+describe("a description that is changed", function()
+  it("takes other values", function()
+    local s = rt.sphere { center = { 0, 0, 0 }, radius = 1 }
+    s.radius, s.material, s.name = 2, rt.classic { color = { 1, 0, 0 } }, "ball"
+    local hit = rt.scene { s }:intersect { org = { 0, 0, 9 }, dir = { 0, 0, -1 } }
+    assert.equal(7, hit.t)
+    assert.equal("ball", hit.name)
+    s.material = nil
+    s.material = nil -- it is not there
+    local c = rt.camera { eye = { 0, 0, 5 }, look_at = { 0, 0, 0 }, fov = 50, shutter = 0.5 }
+    c.fov, c.shutter, c.motion = 40, 0.25, { eye = { 0, 1, 5 } }
+    local seen = rt.scene { camera = c }:get_camera()
+    assert.same({ 40, 0.25, 1 }, { seen.fov, seen.shutter[2], seen.motion.eye[2] })
+  end)
+
+  for _, row in ipairs(changes) do
+    it("says " .. row[2], function()
+      local code = "local rt = ... local s = rt.sphere { center = {0, 0, 0}, radius = 1, name = 'ball' }\n" .. row[1]
+      local chunk = assert(load(code, "@e.lua"))
+      assert.equal(row[2], support.message(chunk, rt))
+    end)
+  end
+end)
+
 -- Each row: the call and its sentence.
 local faults = {
   { function() return rt.sphere { center = { 0, 1, 0 }, radus = 1 }, nil end, "rt.sphere has no key 'radus'; did you mean radius?" },

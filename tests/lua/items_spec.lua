@@ -91,7 +91,7 @@ describe("items", function()
 
   it("are named when the library refuses them", function()
     local message = support.message(rt.scene, { ball(1), { rt.mesh { file = "/nowhere/x.ply", name = "statue" } } })
-    assert.is_truthy(message:find "^tests/lua/support.lua:%d+: item 2.1 %(rt.mesh 'statue'%): .*/nowhere/x.ply", message)
+    assert.is_truthy(message:find "^tests/lua/items_spec.lua:%d+: item 2.1 %(rt.mesh 'statue'%): .*/nowhere/x.ply", message)
     message = support.message(rt.scene, { rt.mesh { vertices = rt.buffer("f32", 9), faces = rt.buffer("u32", { 0, 1, 3 }) } })
     assert.is_truthy(message:find "item 1 %(rt.mesh%): .*3", message)
   end)
