@@ -8,8 +8,10 @@ local check = {}
 
 local type, math_type = type, math.type
 
+-- A bound as it is, not rounded: 1048576, 0.5, 1e+12.
 local function number(x)
-  return words.number(x, "%g")
+  local whole, text = math.tointeger(x), words.number(x, "%g")
+  return whole and math.abs(x) < 1e10 and tostring(whole) or tonumber(text) == x and text or words.number(x)
 end
 local FLOAT_MAX = 3.4028234e38
 check.FLOAT_MAX = FLOAT_MAX

@@ -72,7 +72,7 @@ describe("rt.animation", function()
   it("checks what it is given", function()
     raises("rt.animation: frames is missing", function() rt.animation { scene = ball } end)
     raises("rt.animation: scene is missing", function() rt.animation { frames = 3 } end)
-    raises("rt.animation: frames must be a whole number from 1 to 1e+06; got 0",
+    raises("rt.animation: frames must be a whole number from 1 to 1000000; got 0",
       function() rt.animation { frames = 0, scene = ball } end)
     raises("rt.animation has no key 'fsp'; did you mean fps?", function() rt.animation { frames = 1, fsp = 3, scene = ball } end)
     raises("rt.animation: shutter must be greater than 0 and at most 1; got 2",

@@ -34,7 +34,7 @@ end)
 local changes = {
   { "s.radus = 3", "e.lua:2: rt.sphere has no key 'radus'; did you mean radius?" },
   { "s[1] = 3", "e.lua:2: rt.sphere has no key 1; known are center, mask, material, name, radius, user_id, uv_transform" },
-  { "s.mask = -1", "e.lua:2: rt.sphere 'ball': mask must be a whole number from 0 to 4.29497e+09; got -1" },
+  { "s.mask = -1", "e.lua:2: rt.sphere 'ball': mask must be a whole number from 0 to 4294967295; got -1" },
   { "s.radius = -1\nrt.scene { s }", "e.lua:1: rt.sphere 'ball': radius must be greater than 0; got -1 (item 1, rt.sphere 'ball')" },
   { "s.center = 'x'\nrt.scene { { false, s } }", "e.lua:1: rt.sphere 'ball': center must be {x, y, z}; got 'x' (item 1.2, rt.sphere 'ball')" },
   { "s.radius = -1\nrt.scene { rt.instance { s } }", "e.lua:1: rt.sphere 'ball': radius must be greater than 0; got -1 (item 1, rt.instance)" },
@@ -45,9 +45,9 @@ local changes = {
   { "local c = rt.camera { eye = {0, 1, 5}, look_at = {0, 0, 0}, fov = 40 }\nc.fov = 400\nrt.scene { s, camera = c }",
     "e.lua:2: rt.camera: fov must be greater than 0 and less than 180; got 400" },
   { "local i = rt.instance { s, motion = { rt.scale(1), rt.scale(2) }, mask = 1 }\ni.mask = -1\nrt.scene { i }",
-    "e.lua:2: rt.instance: mask must be a whole number from 0 to 4.29497e+09; got -1 (item 1, rt.instance)" },
+    "e.lua:2: rt.instance: mask must be a whole number from 0 to 4294967295; got -1 (item 1, rt.instance)" },
   { "local p = rt.polyhedron { vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0}, faces = {{1, 2, 3}}, mask = 1 }\np.mask = -1\nrt.scene { p }",
-    "e.lua:2: rt.polyhedron: mask must be a whole number from 0 to 4.29497e+09; got -1 (item 1, rt.polyhedron)" },
+    "e.lua:2: rt.polyhedron: mask must be a whole number from 0 to 4294967295; got -1 (item 1, rt.polyhedron)" },
 }
 
 describe("a description that is changed", function()
@@ -98,7 +98,7 @@ local faults = {
   { function() return rt.sphere { center = { 0, 1, 2 }, radius = 1, material = { 1, 0, 0 } }, nil end,
     "rt.sphere: material must be a material, as rt.classic { ... } gives it; got a table" },
   { function() return rt.sphere { center = { 0, 1, 2 }, radius = 1, mask = -1 }, nil end,
-    "rt.sphere: mask must be a whole number from 0 to 4.29497e+09; got -1" },
+    "rt.sphere: mask must be a whole number from 0 to 4294967295; got -1" },
   { function() return rt.sphere { center = { 0, 1, 2 }, radius = 1, name = "" }, nil end, "rt.sphere: name is empty" },
   { function() return rt.sphere(3), nil end, "rt.sphere takes one table, as in rt.sphere { center = {0, 1, 0}, radius = 1 }; got 3" },
   { function() return rt.sphere(rt.vec(1, 2, 3)), nil end,
@@ -188,7 +188,7 @@ local faults = {
   { function() return rt.random({}), nil end, "rt.random: key 1 must be a number or a string; got a table" },
   { function() return rt.load(5), nil end, "rt.load: the path must be a string; got 5" },
   { function() return rt.on_log(5), nil end, "rt.on_log: the argument must be a function; got 5" },
-  { function() return rt.image { width = 0, height = 1 }, nil end, "rt.image: width must be a whole number from 1 to 1.04858e+06; got 0" },
+  { function() return rt.image { width = 0, height = 1 }, nil end, "rt.image: width must be a whole number from 1 to 1048576; got 0" },
   { function() return rt.compare(1, 2), nil end, "rt.compare: the first argument must be an image, as rt.image gives it; got 1" },
 }
 
