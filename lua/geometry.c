@@ -164,11 +164,28 @@ static rt_cones_desc cones_of(lua_State *L, const char *what)
     return d;
 }
 
+/* What the library would say of an item by its number from 0. */
+static void check_each_cone(lua_State *L, const rt_cones_desc *d, const char *noun, int pointed)
+{
+    for (uint32_t i = 0; i < d->count; i++) {
+        const float *a = d->from + 3 * (size_t)i, *b = d->to + 3 * (size_t)i;
+        const int same = a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+        const float r = d->radii ? d->radii[i] : d->radius, s = d->to_radii ? d->to_radii[i] : d->to_radius;
+        if (same || (pointed && r == 0.0f && s == 0.0f)) {
+            lua_pushfstring(
+                L, same ? "from and to of %s %I are the same point" : "%s %I has radius 0 at both ends; one must be greater",
+                noun, (LUAI_UACINT)i + 1);
+            rtl_raise_text(L, lua_tostring(L, -1), RT_ERROR_ARGUMENT);
+        }
+    }
+}
+
 static int cylinders(lua_State *L)
 {
     rtl_context *c;
     rt_scene *scene = rtl_check_scene(L, 1, &c);
     rt_cones_desc d = cones_of(L, "cylinders");
+    check_each_cone(L, &d, "cylinder", 0);
     rt_geometry id;
     rt_status status = rt_scene_add_cylinders(scene, &d, &id);
     return done(L, c, status, id);
@@ -181,6 +198,7 @@ static int cones(lua_State *L)
     rt_cones_desc d = cones_of(L, "cones");
     d.to_radii = floats(L, "to_radii", d.count, 1, "cones");
     rtl_field_float(L, 2, "to_radius", &d.to_radius);
+    check_each_cone(L, &d, "cone", 1);
     rt_geometry id;
     rt_status status = rt_scene_add_cones(scene, &d, &id);
     return done(L, c, status, id);

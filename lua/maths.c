@@ -76,16 +76,18 @@ static int set_vec_meta(lua_State *L)
     return 0;
 }
 
-/* copy3(value) -> a vec of the three numbers | nil when it is no table of three that are finite in single precision */
+/* copy3(value, most) -> a vec of the three numbers | nil when it is no table of three of size `most` at most (default: finite in
+ * single precision) */
 static int copy3(lua_State *L)
 {
+    const lua_Number most = luaL_optnumber(L, 2, (lua_Number)FLT_MAX);
     if (lua_type(L, 1) != LUA_TTABLE || lua_rawgeti(L, 1, 4) != LUA_TNIL) {
         return 0;
     }
     lua_createtable(L, 3, 0);
     int copy = lua_gettop(L);
     for (int i = 1; i <= 3; i++) {
-        if (lua_rawgeti(L, 1, i) != LUA_TNUMBER || !(fabs(lua_tonumber(L, -1)) <= (lua_Number)FLT_MAX)) {
+        if (lua_rawgeti(L, 1, i) != LUA_TNUMBER || !(fabs(lua_tonumber(L, -1)) <= most)) {
             return 0;
         }
         lua_rawseti(L, copy, i);

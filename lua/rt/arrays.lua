@@ -53,27 +53,30 @@ local function check_list(value, who, key)
   end
 end
 
--- A field of `width` finite numbers an item. range: as of check.number, for lists, low or above alone; what stands in a buffer is looked at when it
--- is added.
-function arrays.floats(width, range)
+-- A field of `width` finite numbers an item, of size `most` at most. range: as of check.number, low or above alone. What stands in a buffer may come
+-- later: it is looked at by the library, and here when that has refused it (`again`).
+function arrays.floats(width, most, range)
   range = range or {}
-  local number, least, most = check.number(range), range.low or range.above or -check.FLOAT_MAX, check.FLOAT_MAX
-  return function(value, who, key)
+  range.most = most
+  local number, least = check.number(range), range.low or range.above and range.above + check.NOTHING or -most
+  local function check_each(list, nested, who, key)
+    for i = 1, #list do
+      local x = list[i]
+      if not (math_type(x) and x > least and x <= most) then -- where it stands is put into words for these alone
+        number(x, who, nested and ("%s[%d][%d]"):format(key, (i - 1) // width + 1, (i - 1) % width + 1) or ("%s[%d]"):format(key, i))
+      end
+    end
+    return list
+  end
+  return function(value, who, key, again)
     if not is_buffer(value) then
       check_list(value, who, key)
-      local flat = flatten(value, width, who, key)
-      for i = 1, #flat do
-        local x = flat[i]
-        if not (math_type(x) and x > least and x <= most) then -- where it stands is put into words for these alone
-          number(x, who, ("%s[%d]"):format(key, i))
-        end
-      end
-      value = core.buffer("f32", flat)
+      value = core.buffer("f32", check_each(flatten(value, width, who, key), type(value[1]) == "table", who, key))
     end
     if #typed_buffer(value, "f32", who, key) % width ~= 0 then
       fail("%s: %s needs %d numbers an item; it has %d numbers", who, key, width, #value)
     end
-    return value
+    return again and check_each(value, false, who, key) or value
   end
 end
 
@@ -142,6 +145,9 @@ function arrays.materials(value, who, key)
   end
   return copy
 end
+
+arrays.places, arrays.colors = arrays.floats(3, check.LARGEST), arrays.floats(3, 1e6)
+arrays.normals, arrays.uvs = arrays.floats(3, 1e18), arrays.floats(2, 1e9)
 
 function arrays.same_count(o, who, key, width, count, of)
   local items = o[key]

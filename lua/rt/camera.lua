@@ -5,12 +5,13 @@ local class = require "rt.class"
 
 local FRAME_HEIGHT = 0.024 -- metres: of the film that f-numbers are about
 
-local distance = check.number { low = 0, high = 1e12 }
+local distance, positive = check.number { low = 0, high = check.LARGEST }, check.number { above = 0 }
+local length = check.number { above = 0, most = check.LARGEST }
 
 -- What may differ at the end of a camera's way.
 local WAY = {
-  eye = check.vec3, look_at = check.vec3, up = check.direction, fov = check.number { above = 0, below = 180 }, height = check.number { above = 0 },
-  aperture = distance, f_stop = check.number { above = 0 }, focus_distance = check.number { above = 0, high = 1e12 }, focus_at = check.vec3,
+  eye = check.place, look_at = check.place, up = check.direction, fov = check.number { above = 0, below = 180 }, height = length,
+  aperture = distance, f_stop = positive, focus_distance = check.number { above = 0, high = 1e12 }, focus_at = check.place,
 }
 
 local time = check.number { low = 0, high = 1 }

@@ -15,6 +15,10 @@ local function number(x)
 end
 local FLOAT_MAX = 3.4028234e38
 check.FLOAT_MAX = FLOAT_MAX
+local NOTHING = 2.0 ^ -150 -- what is no larger becomes 0 in single precision, in which the library computes
+check.NOTHING = NOTHING
+local LARGEST = 1e12 -- coordinate or length that the library takes
+check.LARGEST = LARGEST
 
 local place -- where a fault is told to be, when that is not where the script is
 
@@ -115,19 +119,39 @@ local function range_words(range)
   return low and high and low .. " and " .. high or low or high
 end
 
-local function outside(value, range)
-  return range.low and value < range.low or range.above and value <= range.above or range.high and value > range.high
-    or range.below and value >= range.below
+local function single(x)
+  return (string.unpack("f", string.pack("f", x)))
 end
 
+-- above and below hold in single precision, too.
+local function outside(value, range)
+  return range.low and value < range.low or range.above and value <= range.above + NOTHING or range.high and value > range.high
+    or range.below and single(value) >= range.below
+end
+
+local function larger_than(most, value, who, key)
+  fail("%s: %s must be at most %s in size; got %s", who, key, number(most), number(value))
+end
+
+-- 1e-60 is greater than 0, but not as the library takes it.
+local function rounded_words(value, range)
+  local inside = value > (range.above or -math.huge) and value < (range.below or math.huge)
+    and value >= (range.low or value) and value <= (range.high or value)
+  return inside and (", which is %s in single precision"):format(number(single(value))) or ""
+end
+
+-- range: low and high, or above and below, which are outside; most: the largest size, which is only spoken of when it is exceeded.
 function check.number(range)
   range = range or {}
+  local most = range.most or FLOAT_MAX
   return function(value, who, key)
     if not math_type(value) or not finite(value) then
       expect_number(value, who, key)
     end
     if outside(value, range) then
-      fail("%s: %s must be %s; got %s", who, key, range_words(range), words.number(value))
+      fail("%s: %s must be %s; got %s%s", who, key, range_words(range), words.number(value), rounded_words(value, range))
+    elseif value > most or value < -most then
+      larger_than(most, value, who, key)
     end
     return value
   end
@@ -148,7 +172,7 @@ end
 
 -- ---- vectors ----
 
-local function vec3_fault(value, who, key, what)
+local function vec3_fault(value, who, key, what, most)
   if type(value) ~= "table" then
     fail("%s: %s must be %s; got %s", who, key, what, describe(value))
   end
@@ -157,6 +181,9 @@ local function vec3_fault(value, who, key, what)
       fail("%s: %s must be %s; number %d is missing", who, key, what, i)
     end
     expect_number(value[i], who, ("%s[%d]"):format(key, i))
+    if most and math.abs(value[i]) > most then
+      larger_than(most, value[i], who, ("%s[%d]"):format(key, i))
+    end
   end
   fail("%s: %s must be %s; it has %d values", who, key, what, #value)
 end
@@ -167,10 +194,19 @@ function check.vec3(value, who, key)
   return copy3(value) or vec3_fault(value, who, key, "{x, y, z}")
 end
 
+-- A point of the scene.
+function check.place(value, who, key)
+  return copy3(value, LARGEST) or vec3_fault(value, who, key, "{x, y, z}", LARGEST)
+end
+
+local function vanishes(x)
+  return x <= NOTHING and x >= -NOTHING
+end
+
 -- A vector that has a direction.
 function check.direction(value, who, key)
   local v = check.vec3(value, who, key)
-  if v[1] == 0 and v[2] == 0 and v[3] == 0 then
+  if vanishes(v[1]) and vanishes(v[2]) and vanishes(v[3]) then
     fail("%s: %s is zero and so has no direction", who, key)
   end
   return v
@@ -179,7 +215,7 @@ end
 -- A colour whose parts are at least 0, at most `high`.
 function check.color(high)
   return function(value, who, key)
-    local copy = copy3(value) or vec3_fault(value, who, key, "{red, green, blue}")
+    local copy = copy3(value, LARGEST) or vec3_fault(value, who, key, "{red, green, blue}", LARGEST)
     for i = 1, 3 do
       if copy[i] < 0 or high and copy[i] > high then
         fail("%s: %s[%d] must be %s; got %s", who, key, i, high and "from 0 to " .. number(high) or "at least 0", words.number(copy[i]))
@@ -189,7 +225,7 @@ function check.color(high)
   end
 end
 
-function check.numbers(count)
+function check.numbers(count, most)
   return function(value, who, key)
     if type(value) ~= "table" or #value ~= count then
       fail("%s: %s must be a table of %d numbers; got %s", who, key, count, type(value) == "table" and "a table of " .. #value or describe(value))
@@ -197,6 +233,9 @@ function check.numbers(count)
     local copy = {}
     for i = 1, count do
       expect_number(value[i], who, ("%s[%d]"):format(key, i))
+      if most and math.abs(value[i]) > most then
+        larger_than(most, value[i], who, ("%s[%d]"):format(key, i))
+      end
       copy[i] = value[i]
     end
     return copy

@@ -50,11 +50,12 @@ function class.new(spec)
   end, meta
 end
 
+-- The fields are told that they look again, when a buffer has its numbers.
 local function checked(o)
   local spec, copy, who = specs[getmetatable(o)], {}, tostring(o)
   for _, key in ipairs(check.sorted_keys(spec.fields)) do
     local value = rawget(o, key)
-    copy[key] = value ~= nil and spec.fields[key](value, who, key) or value
+    copy[key] = value ~= nil and spec.fields[key](value, who, key, true) or value
   end
   check.required(copy, spec.required or {}, who)
   return copy

@@ -44,7 +44,7 @@ material.classic = class.new {
   name = "classic", kind = "material", example = "rt.classic { color = {1, 0, 0} }",
   fields = {
     color = check.color(1), texture = material.texture_field, diffusion = weight, reflectiveness = weight, transparency = weight,
-    refractiveness = check.number { low = 0, high = 10 }, ambient = weight, specular = check.number { low = 0 },
+    refractiveness = check.number { low = 0, high = 10 }, ambient = weight, specular = check.number { low = 0, most = 1e6 },
     shininess = check.number { low = 1, high = 100000 }, alpha_texture = material.texture_field, alpha_cut = weight,
     opaque_shadow = check.boolean,
   },

@@ -48,8 +48,8 @@ mesh.mesh = class.new {
   name = "mesh", kind = "shape", example = [[rt.mesh { file = "bunny.ply" }]],
   fields = shapes.fields {
     file = check.string, smooth = check.boolean, smooth_angle = check.number { low = 0, high = 180 }, ignore_materials = check.boolean,
-    transform = transform.field, vertices = arrays.floats(3), faces = arrays.triangles, normals = arrays.floats(3), uvs = arrays.floats(2),
-    colors = arrays.floats(3), materials = arrays.materials,
+    transform = transform.field, vertices = arrays.places, faces = arrays.triangles, normals = arrays.normals, uvs = arrays.uvs,
+    colors = arrays.colors, materials = arrays.materials,
   },
   finish = function(o, t, who)
     if o.file then
@@ -63,7 +63,7 @@ mesh.mesh = class.new {
 -- rt.polyhedron { vertices = {{x, y, z}, ...}, faces = {{1, 2, 3, 4}, ...} }: faces of any number of corners.
 mesh.polyhedron = class.new {
   name = "polyhedron", kind = "shape", example = "rt.polyhedron { vertices = {...}, faces = {{1, 2, 3, 4}, ...} }",
-  fields = shapes.fields { vertices = arrays.floats(3), faces = arrays.polygons }, required = { "vertices", "faces" },
+  fields = shapes.fields { vertices = arrays.places, faces = arrays.polygons }, required = { "vertices", "faces" },
   shared = { add = "add_polyhedron" },
   finish = function(o, _, who)
     arrays.check_corners(o.faces.indices, #o.vertices // 3, who, "faces")

@@ -27,7 +27,9 @@ local function new(name, example, required, own, finish)
   })
 end
 
-local positive, not_negative = check.number { above = 0 }, check.number { low = 0 }
+local LARGEST, NOTHING = check.LARGEST, check.NOTHING
+local positive, not_negative = check.number { above = 0, most = LARGEST }, check.number { low = 0, most = LARGEST }
+local texture_length = check.number { low = 1e-12, most = LARGEST }
 
 local function distinct(a, b)
   return function(o, _, who)
@@ -37,13 +39,13 @@ local function distinct(a, b)
   end
 end
 
-shapes.sphere = new("sphere", "rt.sphere { center = {0, 1, 0}, radius = 1 }", { "center", "radius" }, { center = check.vec3, radius = positive })
+shapes.sphere = new("sphere", "rt.sphere { center = {0, 1, 0}, radius = 1 }", { "center", "radius" }, { center = check.place, radius = positive })
 
 shapes.plane = new("plane", "rt.plane { point = {0, 0, 0}, normal = {0, 1, 0} }", { "point", "normal" }, {
-  point = check.vec3, normal = check.direction, u_axis = check.direction, texture_size = positive, texture_height = positive,
+  point = check.place, normal = check.direction, u_axis = check.direction, texture_size = texture_length, texture_height = texture_length,
 })
 
-shapes.box = new("box", "rt.box { low = {-1, 0, -1}, high = {1, 2, 1} }", { "low", "high" }, { low = check.vec3, high = check.vec3 },
+shapes.box = new("box", "rt.box { low = {-1, 0, -1}, high = {1, 2, 1} }", { "low", "high" }, { low = check.place, high = check.place },
   function(o, _, who)
     for i, axis in ipairs { "x", "y", "z" } do
       if o.low[i] >= o.high[i] then
@@ -53,23 +55,23 @@ shapes.box = new("box", "rt.box { low = {-1, 0, -1}, high = {1, 2, 1} }", { "low
   end)
 
 shapes.cylinder = new("cylinder", "rt.cylinder { from = {0, 0, 0}, to = {0, 2, 0}, radius = 1 }", { "from", "to", "radius" }, {
-  from = check.vec3, to = check.vec3, radius = positive,
+  from = check.place, to = check.place, radius = positive,
 }, distinct("from", "to"))
 
 -- A cone from its base to its tip, or a frustum when `to_radius` is given.
 shapes.cone = new("cone", "rt.cone { from = {0, 0, 0}, to = {0, 2, 0}, radius = 1 }", { "from", "to", "radius" }, {
-  from = check.vec3, to = check.vec3, radius = not_negative, to_radius = not_negative,
+  from = check.place, to = check.place, radius = not_negative, to_radius = not_negative,
 }, function(o, t, who)
   distinct("from", "to")(o, t, who)
   o.to_radius = o.to_radius or 0
-  if o.radius == 0 and o.to_radius == 0 then
+  if o.radius <= NOTHING and o.to_radius <= NOTHING then
     check.fail("%s: radius and to_radius are both 0", who)
   end
 end)
 
 shapes.torus = new("torus", "rt.torus { center = {0, 1, 0}, axis = {0, 1, 0}, major_radius = 2, minor_radius = 0.5 }",
   { "center", "axis", "major_radius", "minor_radius" }, {
-    center = check.vec3, axis = check.direction, major_radius = positive, minor_radius = positive,
+    center = check.place, axis = check.direction, major_radius = positive, minor_radius = positive,
   }, function(o, _, who)
     if o.minor_radius >= o.major_radius then
       check.fail("%s: minor_radius must be less than major_radius; got %s and %s", who, words.number(o.minor_radius), words.number(o.major_radius))
@@ -99,28 +101,28 @@ local function between(o, who, noun)
   return count
 end
 
-local points, above_zero, from_zero = arrays.floats(3), arrays.floats(1, { above = 0 }), arrays.floats(1, { low = 0 })
+local points, above_zero, from_zero = arrays.places, arrays.floats(1, LARGEST, { above = 0 }), arrays.floats(1, LARGEST, { low = 0 })
 
 shapes.spheres = new("spheres", "rt.spheres { centers = buffer, radii = buffer }", { "centers" }, {
-  centers = points, radii = above_zero, radius = positive, colors = points, materials = arrays.materials,
+  centers = points, radii = above_zero, radius = positive, colors = arrays.colors, materials = arrays.materials,
 }, function(o, _, who)
   one_each(o, who, "sphere", "centers")
 end)
 
 shapes.cylinders = new("cylinders", "rt.cylinders { from = buffer, to = buffer, radius = 0.1 }", { "from", "to" }, {
-  from = points, to = points, radii = above_zero, radius = positive, colors = points, materials = arrays.materials,
+  from = points, to = points, radii = above_zero, radius = positive, colors = arrays.colors, materials = arrays.materials,
 }, function(o, _, who)
   between(o, who, "cylinder")
 end)
 
 shapes.cones = new("cones", "rt.cones { from = buffer, to = buffer, radii = buffer, to_radii = buffer }", { "from", "to" }, {
-  from = points, to = points, radii = from_zero, radius = not_negative, to_radii = from_zero, to_radius = not_negative, colors = points,
+  from = points, to = points, radii = from_zero, radius = not_negative, to_radii = from_zero, to_radius = not_negative, colors = arrays.colors,
   materials = arrays.materials,
 }, function(o, _, who)
   arrays.same_count(o, who, "to_radii", 1, between(o, who, "cone"), "from")
   if o.to_radii and o.to_radius then
     check.fail("%s: give either to_radii, one a cone, or to_radius, one for all; 0 without both", who)
-  elseif not o.radii and not o.to_radii and o.radius == 0 and (o.to_radius or 0) == 0 then
+  elseif not o.radii and not o.to_radii and o.radius <= NOTHING and (o.to_radius or 0) <= NOTHING then
     check.fail("%s: radius and to_radius are both 0", who)
   end
 end)

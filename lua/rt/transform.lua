@@ -13,11 +13,11 @@ local function wrap(t)
   return setmetatable(t, meta)
 end
 
-local numbers = check.numbers(12)
+local numbers, limited = check.numbers(12), check.numbers(12, check.LARGEST)
 
 -- A field that takes a transform or 12 numbers.
 function transform.field(value, who, key)
-  return wrap(numbers(value, who, key))
+  return wrap(limited(value, who, key))
 end
 
 -- rt.transform() is the identity; rt.transform {12 numbers} takes rows.
@@ -25,7 +25,7 @@ function transform.make(rows)
   if rows == nil then
     return wrap(core.scale { 1, 1, 1 })
   end
-  return transform.field(rows, "rt.transform", "the argument")
+  return wrap(numbers(rows, "rt.transform", "the argument"))
 end
 
 local function three(who, x, y, z)

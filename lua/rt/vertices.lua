@@ -9,7 +9,7 @@ local vertices = {}
 
 local WHO = "scene:set_vertices"
 local EXAMPLE = "{ vertices = buffer, normals = buffer }"
-local fields = { vertices = arrays.floats(3), normals = arrays.floats(3), smooth = check.boolean }
+local fields = { vertices = arrays.places, normals = arrays.normals, smooth = check.boolean }
 local MOVES = { add_mesh = true, add_mesh_file = true, add_polyhedron = true }
 
 -- The geometries of the object, by their numbers, and the object itself where its name was given.

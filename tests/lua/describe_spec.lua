@@ -15,6 +15,14 @@ describe("a description", function()
     assert.equal("rt.sphere 'ball'", tostring(s))
   end)
 
+  it("takes the library's bounds", function()
+    local far, thin = { 0, 1e12, 0 }, 1e-45
+    assert.equal(3, rt.scene {
+      rt.sphere { center = far, radius = 1e12 }, rt.cylinder { from = { 0, 0, 0 }, to = far, radius = thin },
+      rt.spheres { centers = { far, { -1e12, 0, 0 } }, radii = { 1e12, thin } },
+    }:info().geometries)
+  end)
+
   it("takes what rt.vec computes", function()
     local s = rt.sphere { center = rt.vec(1, 2, 3) * 2 + { 1, 0, 0 }, radius = 1 }
     assert.same({ 3, 4, 6 }, { s.center:unpack() })
@@ -73,6 +81,8 @@ describe("a description that is changed", function()
     end)
   end
 end)
+
+local ORIGINS, ENDS = { { 0, 0, 0 }, { 1, 0, 0 } }, { { 0, 1, 0 }, { 1, 1, 0 } }
 
 -- Each row: the call and its sentence.
 local faults = {
@@ -133,7 +143,7 @@ local faults = {
   { function() return rt.spheres { centers = rt.buffer("u32", 3), radius = 1 }, nil end,
     "rt.spheres: centers must be a buffer of type f32; got one of type u32" },
   { function() return rt.spheres { centers = { { 1, 2, 3 }, { 4, 0 / 0, 6 } }, radius = 1 }, nil end,
-    "rt.spheres: centers[5] is not a number (NaN); look for 0/0 or a root of a negative number" },
+    "rt.spheres: centers[2][2] is not a number (NaN); look for 0/0 or a root of a negative number" },
   { function() return rt.cylinders { from = { { 0, 0, 0 } }, radius = 1 }, nil end, "rt.cylinders: to is missing" },
   { function() return rt.cylinders { from = { { 0, 0, 0 } }, to = { { 0, 1, 0 } } }, nil end,
     "rt.cylinders: give either radii, one a cylinder, or radius, one for all" },
@@ -156,7 +166,37 @@ local faults = {
     "rt.spheres: radii[1] is 1e+39; it must be finite in single precision" },
   { function() return rt.spheres { centers = { 1, 2, "3" }, radius = 1 }, nil end, "rt.spheres: centers[3] must be a number; got '3'" },
   { function() return rt.scene { rt.cones { from = { 1, 2, 3 }, to = { 1, 2, 0 }, radii = { 0 } } }, nil end,
-    "item 1 (rt.cones): cone [0] has radius 0 at both ends; one must be greater" },
+    "item 1 (rt.cones): cone 1 has radius 0 at both ends; one must be greater" },
+  { function() return rt.spheres { centers = ORIGINS, radii = { 1, 1e-60 } }, nil end,
+    "rt.spheres: radii[2] must be greater than 0; got 1e-60, which is 0 in single precision" },
+  { function() return rt.spheres { centers = ORIGINS, radii = { 1, 1e13 } }, nil end,
+    "rt.spheres: radii[2] must be at most 1e+12 in size; got 1e+13" },
+  { function() return rt.cylinders { from = { { 0, 0, 0 }, { -1e13, 0, 0 } }, to = ORIGINS, radius = 1 }, nil end,
+    "rt.cylinders: from[2][1] must be at most 1e+12 in size; got -1e+13" },
+  { function() return rt.scene { rt.cones { from = ORIGINS, to = ENDS, radii = { 1, 1e-60 }, to_radii = { 1, 1e-60 } } }, nil end,
+    "item 1 (rt.cones): cone 2 has radius 0 at both ends; one must be greater" },
+  { function() return rt.cylinder { from = { 0, 0, 0 }, to = { 0, 1, 0 }, radius = 1e-60 }, nil end,
+    "rt.cylinder: radius must be greater than 0; got 1e-60, which is 0 in single precision" },
+  { function() return rt.cone { from = { 0, 0, 0 }, to = { 0, 1, 0 }, radius = 1e-60 }, nil end, "rt.cone: radius and to_radius are both 0" },
+  { function() return rt.sphere { center = { 0, 1e13, 0 }, radius = 1 }, nil end,
+    "rt.sphere: center[2] must be at most 1e+12 in size; got 1e+13" },
+  { function() return rt.sphere { center = { 0, 1, 0 }, radius = 2e12 }, nil end, "rt.sphere: radius must be at most 1e+12 in size; got 2e+12" },
+  { function() return rt.plane { point = { 0, 0, 0 }, normal = { 0, 1e-60, 0 } }, nil end, "rt.plane: normal is zero and so has no direction" },
+  { function() return rt.camera { eye = { 0, 0, 0 }, look_at = { 0, 0, 1 }, fov = 179.9999999 }, nil end,
+    "rt.camera: fov must be greater than 0 and less than 180; got 179.9999999, which is 180 in single precision" },
+  { function() return rt.mesh { vertices = ENDS, faces = {}, colors = { { 1, 1, 1 }, { 1, 2e6, 1 } } }, nil end,
+    "rt.mesh: colors[2][2] must be at most 1000000 in size; got 2000000" },
+  { function() return rt.scene { rt.spheres { centers = ORIGINS, radii = rt.buffer("f32", { 1, 0 }) } }, nil end,
+    "rt.spheres: radii[2] must be greater than 0; got 0.0 (item 1, rt.spheres)" },
+  { function() return rt.scene { rt.mesh { vertices = rt.buffer("f32", { 0, 0, 0, 2e12, 0, 0 }), faces = {} } }, nil end,
+    "rt.mesh: vertices[4] must be at most 1e+12 in size; got 1999999991808.0 (item 1, rt.mesh)" },
+  { function()
+    local from = rt.buffer("f32", 6)
+    local bars = rt.cylinders { from = from, to = ENDS, radius = 1 }
+    from:set(4, 1, 1, 0) -- after it was described
+    return rt.scene { bars }, nil
+  end,
+    "item 1 (rt.cylinders): from and to of cylinder 2 are the same point" },
   { function() return rt.mesh { vertices = { { 0, 0, 0 } } }, nil end, "rt.mesh: faces is missing" },
   { function() return rt.mesh { file = "x.ply", faces = { { 1, 2, 3 } } }, nil end, "rt.mesh: file and faces do not go together" },
   { function() return rt.mesh { vertices = { { 0, 0, 0 } }, faces = { { 1, 1, 0 } } }, nil end,
