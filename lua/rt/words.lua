@@ -59,15 +59,17 @@ local function distance(a, b)
   return row[#b]
 end
 
--- The name nearest to a word (at most 1 + a third of its length apart; the first of equals), or nil. Nobody misspells a number.
+-- The name nearest to a word, or nil; the first of equals. At most a third of the word may differ, and one letter more (diffuse: diffusion) where
+-- both begin alike. Nobody misspells a number.
 function words.nearest(word, names)
-  local best, best_distance = nil, 2 + #word // 3
+  local best, best_distance = nil, math.huge
   if #word > 64 or tonumber(word) then
     return nil
   end
   for _, name in ipairs(names) do
     local d = distance(word, name)
-    if d < best_distance and d < #name then
+    local most = math.max(1, #word // 3) + (#word > 4 and word:sub(1, 3) == name:sub(1, 3) and 1 or 0)
+    if d < best_distance and d <= most and d < #name and d < #word then
       best, best_distance = name, d
     end
   end

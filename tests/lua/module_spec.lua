@@ -114,6 +114,14 @@ describe("the guide docs/lua.md", function()
 end)
 
 describe("the module", function()
+  it("does not guess wildly", function()
+    local words = require "rt.words"
+    assert.is_nil(words.nearest("foo", { "ior" }))
+    assert.is_nil(words.nearest("x", { "xy" }))
+    assert.is_nil(words.nearest("bottom", { "motion" }))
+    assert.equal("fov", words.nearest("fvo", { "ior", "fov" }))
+  end)
+
   it("says what it is", function()
     assert.is_truthy(rt.version:find "^%d+%.%d+%.%d+$")
     assert.is_truthy(rt.build:find "stb=")
