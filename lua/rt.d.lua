@@ -107,7 +107,8 @@ function rt.render(scene, options) end
 ---@field touched boolean[] for each material, in the order of Scene:looks(): whether a ray looked at it
 ---@field per_worker { busy_seconds: number, cpu_seconds: number, rays: integer, tiles: integer }[]
 
----A made scene takes other `settings`; set_camera and add change the rest. Assigning to another key is an error.
+---A made scene takes other `settings`; set_camera and add change the rest. Assigning to another key is an error, and so is a method that it does not
+---have but that is near one.
 ---@class rt.scene
 ---@field settings rt.settings the script's own
 local Scene = {}

@@ -78,12 +78,18 @@ function check.sorted_keys(t)
   return keys
 end
 
--- The sentence for a key that `known` does not have; `noun` says what such keys are called.
-function check.unknown_words(who, key, known, noun)
+-- Those that are strings.
+function check.names(t)
   local names = {}
-  for _, name in ipairs(check.sorted_keys(known)) do
+  for _, name in ipairs(check.sorted_keys(t)) do
     names[#names + 1] = type(name) == "string" and name or nil
   end
+  return names
+end
+
+-- The sentence for a key that `known` does not have; `noun` says what such keys are called.
+function check.unknown_words(who, key, known, noun)
+  local names = check.names(known)
   local near = type(key) == "string" and words.nearest(key, names)
   local hint = near and "did you mean " .. near .. "?" or "known are " .. table.concat(names, ", ")
   return ("%s has no %s %s; %s"):format(who, noun, describe(key), hint)

@@ -16,6 +16,7 @@ local scene = require "rt.scene"
 local params = require "rt.params"
 local load = require "rt.load"
 local log = require "rt.log"
+local missing = require "rt.missing"
 local configure = require "rt.configure"
 local animation = require "rt.animation"
 local ease = require "rt.ease"
@@ -57,4 +58,4 @@ local rt = {
 
 run.detect_program()
 
-return rt
+return missing.guess(rt)

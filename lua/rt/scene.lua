@@ -14,6 +14,7 @@ local outputs = require "rt.outputs"
 local run = require "rt.run"
 local settings = require "rt.settings"
 local material = require "rt.material"
+local missing = require "rt.missing"
 local query = require "rt.query"
 local vertices = require "rt.vertices"
 local words = require "rt.words"
@@ -442,6 +443,8 @@ function methods.render_to_file(self, path, t)
   add_job_fields(values, others)
   return core.render_to_file(self.handle, values, path, rest.save or {}, rest.band_memory or 0, rest.progress)
 end
+
+setmetatable(methods, { __index = missing.index("rt.scene", "method", methods, "scene:", { camera = "scene:get_camera() tells the camera" }) })
 
 look.install(methods, function(self, given)
   local values = self:effective(given)

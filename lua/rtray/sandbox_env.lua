@@ -2,6 +2,7 @@
 
 local sys = require "rtray.sys"
 local lists = require "rtray.sandbox_lists"
+local missing = require "rt.missing"
 local run = require "rt.run"
 local texts = require "rtray.sandbox_texts"
 local words = require "rt.words"
@@ -209,7 +210,7 @@ local function sandboxed_rt()
     own = f
     return before
   end
-  return rt
+  return missing.guess(rt)
 end
 
 -- The whitelist: an environment for the run r, and the function that loads a file into it.

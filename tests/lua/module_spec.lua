@@ -114,6 +114,23 @@ describe("the guide docs/lua.md", function()
 end)
 
 describe("the module", function()
+  it("guesses what is meant where it has no such name", function()
+    local scene, raises = support.ball(), support.raises
+    for _, row in ipairs {
+      { function() return rt.spere {}, nil end, "rt has no function 'spere'; did you mean rt.sphere?" },
+      { function() return rt.triangle {}, nil end, "rt has no function 'triangle'; rt.mesh { vertices = ..., faces = {{1, 2, 3}} } makes triangles" },
+      { function() return rt.light {}, nil end, "rt has no function 'light'; there are rt.point_light, rt.sphere_light and rt.directional_light" },
+      { function() scene:rendr() end, "rt.scene has no method 'rendr'; did you mean scene:render?" },
+      { function() return scene.camera, nil end, "rt.scene has no method 'camera'; scene:get_camera() tells the camera" },
+      { function() return rt.classic { diffuse = 1 }, nil end, "rt.classic has no key 'diffuse'; did you mean diffusion?" },
+    } do
+      raises(row[2], row[1])
+    end
+    assert.is_nil(rt.foo) -- a script may ask
+    assert.is_nil(rt[1])
+    assert.is_nil(scene.scene_at)
+  end)
+
   it("does not guess wildly", function()
     local words = require "rt.words"
     assert.is_nil(words.nearest("foo", { "ior" }))
