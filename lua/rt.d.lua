@@ -715,7 +715,7 @@ function Vec:unpack() end
 ---@return rt.vec
 function rt.vec(x, y, z) end
 
----A colour as screens have it ("#ff8000", or three numbers), made linear.
+---A colour as screens have it ("#ff8000", or three numbers from 0 to 1), made linear.
 ---@param r string|number
 ---@param g? number
 ---@param b? number

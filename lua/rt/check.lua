@@ -218,10 +218,29 @@ function check.direction(value, who, key)
   return v
 end
 
+-- What turns a text for a colour into one.
+local function srgb_words(value)
+  return ("; rt.srgb '%s' gives a color from a text"):format(value:find "^#%x%x%x%x%x%x$" and value or "#ff8000")
+end
+
+-- Raises for the text of a colour where a file's name is taken.
+function check.no_color_text(value, who, key)
+  if value:find "^#%x%x%x%x%x%x$" then
+    fail("%s: %s is %s%s", who, key, describe(value), srgb_words(value))
+  end
+end
+
+local function color_fault(value, who, key)
+  if type(value) == "string" then
+    fail("%s: %s must be {red, green, blue}; got %s%s", who, key, describe(value), srgb_words(value))
+  end
+  vec3_fault(value, who, key, "{red, green, blue}", LARGEST)
+end
+
 -- A colour whose parts are at least 0, at most `high`.
 function check.color(high)
   return function(value, who, key)
-    local copy = copy3(value, LARGEST) or vec3_fault(value, who, key, "{red, green, blue}", LARGEST)
+    local copy = copy3(value, LARGEST) or color_fault(value, who, key)
     for i = 1, 3 do
       if copy[i] < 0 or high and copy[i] > high then
         fail("%s: %s[%d] must be %s; got %s", who, key, i, high and "from 0 to " .. number(high) or "at least 0", words.number(copy[i]))

@@ -196,6 +196,8 @@ local color = check.color()
 local function background(value, who, key)
   if type(value) == "table" and getmetatable(value) == nil or getmetatable(value) and getmetatable(value).__name == "rt.vec" then
     return color(value, who, key)
+  elseif type(value) == "string" then
+    check.no_color_text(value, who, key)
   end
   return material.texture_field(value, who, key)
 end

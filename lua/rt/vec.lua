@@ -105,6 +105,21 @@ local function linear(c)
   return c <= 0.04045 and c / 12.92 or ((c + 0.055) / 1.055) ^ 2.4
 end
 
+-- Are all from 0 to `most`? NaN is not.
+local function up_to(most, r, g, b)
+  return r >= 0 and r <= most and g >= 0 and g <= most and b >= 0 and b <= most
+end
+
+-- What is said of numbers outside; those of 0 to 255 are told as what was meant.
+local function not_srgb(r, g, b)
+  local meant = ""
+  if up_to(255, r, g, b) then
+    local hex = ("#%02x%02x%02x"):format(math.floor(r + 0.5), math.floor(g + 0.5), math.floor(b + 0.5))
+    meant = ("; of 0 to 255 they are rt.srgb '%s', or each over 255"):format(hex)
+  end
+  check.fail("rt.srgb takes numbers from 0 to 1; got %s, %s, %s%s", words.number(r), words.number(g), words.number(b), meant)
+end
+
 -- rt.srgb("#ff8000"), rt.srgb(1, 0.5, 0): a colour as screens and pickers give it, turned into the linear one the renderer computes with.
 function vec.srgb(r, g, b)
   if type(r) == "string" and g == nil then
@@ -116,6 +131,8 @@ function vec.srgb(r, g, b)
     r, g, b = (n >> 16) / 255, (n >> 8 & 255) / 255, (n & 255) / 255
   elseif not (math.type(r) and math.type(g) and math.type(b)) then
     check.fail("rt.srgb takes '#rrggbb' or three numbers from 0 to 1")
+  elseif not up_to(1, r, g, b) then
+    not_srgb(r, g, b)
   end
   return new(linear(r), linear(g), linear(b))
 end
