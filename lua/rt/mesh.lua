@@ -28,6 +28,9 @@ local function finish_arrays(o, t, who)
       check.fail("%s: %s belongs to a mesh from a file%s", who, key, key == "transform" and "; rt.instance places this one" or "")
     end
   end
+  if not o.vertices and not o.faces then
+    check.fail("%s: give file, or vertices and faces", who)
+  end
   check.required(o, { "vertices", "faces" }, who)
   local vertices, faces = #o.vertices // 3, #o.faces // 3
   arrays.same_count(o, who, "normals", 3, vertices, "vertices")

@@ -197,6 +197,7 @@ local faults = {
     return rt.scene { bars }, nil
   end,
     "item 1 (rt.cylinders): from and to of cylinder 2 are the same point" },
+  { function() return rt.mesh {}, nil end, "rt.mesh: give file, or vertices and faces" },
   { function() return rt.mesh { vertices = { { 0, 0, 0 } } }, nil end, "rt.mesh: faces is missing" },
   { function() return rt.mesh { file = "x.ply", faces = { { 1, 2, 3 } } }, nil end, "rt.mesh: file and faces do not go together" },
   { function() return rt.mesh { vertices = { { 0, 0, 0 } }, faces = { { 1, 1, 0 } } }, nil end,
