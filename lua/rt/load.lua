@@ -1,5 +1,6 @@
 -- Running scene scripts, and showing mesh files.
 
+local core = require "rt.core"
 local check = require "rt.check"
 local guard = require "rt.guard"
 local run = require "rt.run"
@@ -10,7 +11,7 @@ local words = require "rt.words"
 
 local load = {}
 
-local MESHES = { ply = true, obj = true, stl = true }
+local KINDS = { lua = true, sdf = true, rts = true, ply = true, obj = true, stl = true }
 local ENDINGS = "known are .lua, .sdf, .ply, .obj, .stl and .rts (a saved scene)"
 
 local function useless(path, value)
@@ -75,6 +76,34 @@ local function enter(r, outer)
   end
 end
 
+-- The value of the file of run r.
+local function value_of(r, path, ending)
+  if ending == "lua" then
+    local value = run_script(r)
+    params.check_used(r)
+    return run.call(r, as_scene, value) -- a table of the script's may have functions of its own
+  end
+  no_params(r, "a file of this kind")
+  if ending == "rts" then
+    return run.call(r, scene.load_snapshot, run.absolute(path))
+  elseif ending == "sdf" then
+    r.folder = ""
+    return run.call(r, require("rt.sdf_scene").load, require "rt", path)
+  end
+  return run.call(r, require("rt.present").load, run.absolute(path), path)
+end
+
+-- What a script that loads a file which cannot be opened is told: its own line. The file alone has none.
+local function not_there(path)
+  local where = core.where()
+  local file, why = guard.open(path)
+  if file then
+    file:close()
+  elseif where ~= "" then
+    return ("%srt.load: %s"):format(where, why)
+  end
+end
+
 -- rt.load(path, { ior = 1.7 }, { set = "draft", settings = { samples = 1 }, seed = 0 }): what the script returns, and the run: path, params (a list
 -- of { name, type, value, default, source, min, max, step, choices, help }) and sets. Parameters may be given as texts, as on a command line.
 -- Mesh files, old scene definitions and saved scenes give a scene.
@@ -92,21 +121,14 @@ function load.load(path, overrides, options)
     math.randomseed(given.seed)
   end
   local ending = (path:match "%.([^./]*)$" or ""):lower()
-  if ending == "lua" then
-    local value = run_script(r)
-    params.check_used(r)
-    return run.call(r, as_scene, value), r -- a table of the script's may have functions of its own
+  if not KINDS[ending] then
+    check.fail("%s: the file's kind is not known by its ending; %s", words.quote(path), ENDINGS)
   end
-  no_params(r, "a file of this kind")
-  if MESHES[ending] then
-    return run.call(r, require("rt.present").load, run.absolute(path), path), r
-  elseif ending == "rts" then
-    return run.call(r, scene.load_snapshot, run.absolute(path)), r
-  elseif ending == "sdf" then
-    r.folder = ""
-    return run.call(r, require("rt.sdf_scene").load, require "rt", path), r
+  local ok, value = pcall(value_of, r, path, ending)
+  if not ok then
+    error(not_there(path) or value, 0)
   end
-  return check.fail("%s: the file's kind is not known by its ending; %s", words.quote(path), ENDINGS)
+  return value, r
 end
 
 -- rt.main(value) at the end of a script: under rtray and rt.load it only hands the value on; started as `lua5.4 scene.lua ...`, the script becomes a

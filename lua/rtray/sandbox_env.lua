@@ -1,5 +1,6 @@
 -- The environments that scripts of the program run in, one for each run.
 
+local core = require "rt.core"
 local sys = require "rtray.sys"
 local lists = require "rtray.sandbox_lists"
 local missing = require "rt.missing"
@@ -238,8 +239,8 @@ function env_of.sandboxed(r)
   add_metatables(env)
   add_files(env, env.io)
   return add_loaders(env, r, sandboxed_rt(), function(name, tried)
-    error(("module '%s' not found:%s\n\ta script in the sandbox requires rt and .lua files below its folder; --trust allows more"):format(
-      words.quote(name), tried), 3)
+    error(("%smodule '%s' not found:%s\n\ta script in the sandbox requires rt and .lua files below its folder; --trust allows more"):format(
+      core.where(), words.quote(name), tried), 0)
   end)
 end
 
@@ -260,7 +261,14 @@ function env_of.trusted(r)
   if texts.stream() ~= io.stdout then
     env.print = texts.print
   end
-  local compile = add_loaders(env, r, copy_rt(), require)
+  local compile = add_loaders(env, r, copy_rt(), function(name)
+    local ok, value, more = pcall(require, name)
+    if not ok then
+      local nowhere = type(value) == "string" and value:find "^module '.-' not found:"
+      error(nowhere and core.where() .. value or value, 0)
+    end
+    return value, more
+  end)
   local load_any, loadfile_any = load, loadfile
   function env.load(chunk, name, mode, ...)
     return load_any(chunk, name, mode, select("#", ...) > 0 and (...) or env)

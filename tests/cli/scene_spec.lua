@@ -15,7 +15,8 @@ describe("a script", function()
       ["return 5"] = "it must return a scene",
       ["local rt = require 'rt'\nlocal s = rt.sphere { center = {0,0,0}, radius = -1 }\nreturn s"] = "s.lua:2: ",
       ["local rt = require 'rt'\nlocal s = rt.sphere { center = {0,0,0}, raduis = 1 }\nreturn s"] = "did you mean radius?",
-      ["require 'nosuch'"] = "module 'nosuch' not found",
+      ["\nlocal x = require 'nosuch'"] = "s.lua:2: module 'nosuch' not found",
+      ["local rt = require 'rt'\nlocal x = rt.load 'gone.lua'"] = "s.lua:2: rt.load: ",
       ["error({})"] = "",
     } do
       local r = rtray { "render", script(text), "-o", "x.png" }
@@ -23,6 +24,11 @@ describe("a script", function()
       assert.truthy(r.err:find(message, 1, true), r.err)
       assert.equal("", r.out)
     end
+  end)
+
+  it("that is trusted says where it requires what is not there", function()
+    local r = rtray { "info", script "local x = 1\nx = require 'nosuch'", "--trust" }
+    assert.truthy(r.err:find("s.lua:2: module 'nosuch' not found", 1, true), r.err)
   end)
 
   it("that is no text, a folder, missing or of an unknown kind is refused", function()

@@ -93,6 +93,10 @@ return rt.scene { s }]])
 
   it("says which file is missing or of no known kind", function()
     assert.is_truthy(support.message(rt.load, "/nowhere/s.lua"):find("/nowhere/s.lua", 1, true))
+    for _, ending in ipairs { "lua", "ply", "rts", "sdf" } do -- a script that loads one is told its own line
+      local path = "/nowhere/s." .. ending
+      support.raises(("rt.load: %s: No such file or directory"):format(path), function() return rt.load(path), nil end)
+    end
     assert.is_truthy(support.message(rt.load, "/nowhere/s.txt"):find("the file's kind is not known by its ending", 1, true))
     assert.is_truthy(support.message(rt.load, "/nowhere/s.ply"):find("/nowhere/s.ply", 1, true))
     local message
