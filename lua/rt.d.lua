@@ -18,8 +18,8 @@ local rt = {}
 ---@class rt.scene_desc
 ---@field settings? rt.settings what the command line and sets may override
 ---@field camera? rt.camera without one, everything finite is framed
----@field ambient? rt.vec3 light from everywhere
----@field background? rt.vec3|rt.texture_like a colour, or an equirectangular picture
+---@field ambient? rt.vec3 light from everywhere ({0, 0, 0})
+---@field background? rt.vec3|rt.texture_like a colour, or an equirectangular picture ({0, 0, 0})
 ---@field background_top? rt.vec3 towards +y; `background` is then towards -y
 ---@field name? string
 ---@field [integer] rt.item
@@ -42,35 +42,36 @@ function rt.load_snapshot(path) end
 ---@return rt.render_stats stats
 function rt.render(scene, options) end
 
+---In brackets, here and below: what holds where nothing is given.
 ---@class rt.settings
----@field width? integer 1 ... 1048576
----@field height? integer 1 ... 1048576
+---@field width? integer 1 ... 1048576 (800)
+---@field height? integer 1 ... 1048576 (600)
 ---@field size? integer[] {width, height}
----@field samples? integer a pixel
----@field integrator? string "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost", "steps"
----@field max_depth? integer bounces at most, 0 ... 64
----@field seed? integer seed of the samples
----@field shadows? boolean false: lights are never shadowed
----@field shadow_samples? integer rays to a spherical light a hit; 0: chosen
----@field opaque_shadows? boolean transparent bodies cast full shadows
----@field ao_samples? integer ambient occlusion: rays a hit; 0: chosen
----@field ao_distance? number ambient occlusion: reach; 0: a tenth of the scene
----@field filter? "box"|"gaussian"
----@field filter_width? number in pixels; 0: the filter's own
----@field tracer? string "auto", "kdtree", "octree", "bvh", "brute"; no effect on the picture
----@field workers? integer threads; 0: all CPUs
----@field tile? integer edge in pixels
----@field schedule? "dynamic"|"static"
----@field memory_limit? integer bytes a render may take; 0: what is free
+---@field samples? integer a pixel (16)
+---@field integrator? string "whitted", "path", "ao", "normal", "uv", "id", "depth", "cost", "steps" (whitted)
+---@field max_depth? integer bounces at most, 0 ... 64 (8)
+---@field seed? integer seed of the samples (0)
+---@field shadows? boolean false: lights are never shadowed (true)
+---@field shadow_samples? integer rays to a spherical light a hit; 0: chosen (0)
+---@field opaque_shadows? boolean transparent bodies cast full shadows (false)
+---@field ao_samples? integer ambient occlusion: rays a hit; 0: chosen (0)
+---@field ao_distance? number ambient occlusion: reach; 0: a tenth of the scene (0)
+---@field filter? "box"|"gaussian" (box)
+---@field filter_width? number in pixels; 0: the filter's own (0)
+---@field tracer? string "auto", "kdtree", "octree", "bvh", "brute"; no effect on the picture (auto)
+---@field workers? integer threads; 0: all CPUs (0)
+---@field tile? integer edge in pixels (32)
+---@field schedule? "dynamic"|"static" (dynamic)
+---@field memory_limit? integer bytes a render may take; 0: what is free (0)
 ---@field crop? { x: integer, y: integer, width: integer, height: integer } part that is rendered
----@field accel? string trees to build: "auto", "kdtree", "octree", "bvh", "brute", or several with commas
----@field builder? "auto"|"exact"|"binned"|"paper"|"compact"|"spatial" of the kd-tree: exact, binned, paper; of the BVH: compact (no copies of vertices: half the memory), spatial (splits cut triangles: slower to build, faster for rays one a call)
----@field tree_depth? integer 0: the builder's own
----@field leaf_size? integer 0: the builder's own
----@field cost_traverse? number 0: the builder's own
----@field cost_intersect? number 0: the builder's own
----@field empty_bonus? number 0: the builder's own
----@field duplication? number references a primitive at most; 0: the builder's own
+---@field accel? string trees to build: "auto", "kdtree", "octree", "bvh", "brute", or several with commas (auto)
+---@field builder? "auto"|"exact"|"binned"|"paper"|"compact"|"spatial" of the kd-tree: exact, binned, paper; of the BVH: compact (no copies of vertices: half the memory), spatial (splits cut triangles: slower to build, faster for rays one a call) (auto)
+---@field tree_depth? integer 0: the builder's own (0)
+---@field leaf_size? integer 0: the builder's own (0)
+---@field cost_traverse? number 0: the builder's own (0)
+---@field cost_intersect? number 0: the builder's own (0)
+---@field empty_bonus? number 0: the builder's own (0)
+---@field duplication? number references a primitive at most; 0: the builder's own (0)
 ---@field refit? number how many times more or less a BVH whose vertices have moved may cost before it is built anew, not refitted (1.25); 0: always built
 
 ---@class rt.render_options : rt.settings
@@ -389,17 +390,17 @@ function Job:release() end
 ---@class rt.camera_desc
 ---@field eye rt.vec3
 ---@field look_at rt.vec3
----@field up? rt.vec3
----@field fov? number vertical, in degrees
----@field projection? "pinhole"|"orthographic"
----@field height? number orthographic: height of the window in scene units
----@field aperture? number radius of the lens in scene units; 0: everything is sharp
+---@field up? rt.vec3 ({0, 1, 0})
+---@field fov? number vertical, in degrees (50)
+---@field projection? "pinhole"|"orthographic" (pinhole)
+---@field height? number orthographic: height of the window in scene units (2)
+---@field aperture? number radius of the lens in scene units; 0: everything is sharp (0)
 ---@field f_stop? number instead of aperture: f-number of a lens that shows fov on film of 24 mm height
 ---@field unit? number for f_stop: metres in a scene unit (1)
 ---@field focus_distance? number what is sharp, from eye along the view; look_at unless given
 ---@field focus_at? rt.vec3 instead: a point in the plane that is sharp
----@field blades? integer corners of the lens, 3 to 64; 0: round
----@field blade_rotation? number in degrees; at 0 a corner points up
+---@field blades? integer corners of the lens, 3 to 64; 0: round (0)
+---@field blade_rotation? number in degrees; at 0 a corner points up (0)
 ---@field shutter? number|number[] times from 0 to 1 that the image covers: {open, close}, or close alone; {0, 1} unless given
 ---@field motion? rt.camera|rt.camera_way the camera at time 1; what is not named stays
 ---@field name? string
@@ -422,10 +423,10 @@ function rt.camera(desc) end
 ---@class rt.light
 ---@class rt.point_light_desc
 ---@field at rt.vec3
----@field color? rt.vec3
----@field intensity? number multiplies color
----@field falloff? "none"|"inverse_square"
----@field samples? integer
+---@field color? rt.vec3 ({1, 1, 1})
+---@field intensity? number multiplies color (1)
+---@field falloff? "none"|"inverse_square" (none)
+---@field samples? integer (0)
 ---@field name? string
 
 ---@param desc rt.point_light_desc
@@ -435,11 +436,11 @@ function rt.point_light(desc) end
 ---@class rt.sphere_light_desc
 ---@field at rt.vec3
 ---@field radius number soft shadows
----@field color? rt.vec3
----@field intensity? number multiplies color
----@field falloff? "none"|"inverse_square"
----@field visible? boolean its body is seen
----@field samples? integer shadow rays a hit; 0: the setting's
+---@field color? rt.vec3 ({1, 1, 1})
+---@field intensity? number multiplies color (1)
+---@field falloff? "none"|"inverse_square" (none)
+---@field visible? boolean its body is seen (false)
+---@field samples? integer shadow rays a hit; 0: the setting's (0)
 ---@field name? string
 
 ---@param desc rt.sphere_light_desc
@@ -448,9 +449,9 @@ function rt.sphere_light(desc) end
 
 ---@class rt.directional_light_desc
 ---@field direction rt.vec3 the way the light travels
----@field color? rt.vec3
----@field intensity? number multiplies color
----@field samples? integer
+---@field color? rt.vec3 ({1, 1, 1})
+---@field intensity? number multiplies color (1)
+---@field samples? integer (0)
 ---@field name? string
 
 ---@param desc rt.directional_light_desc
@@ -461,18 +462,18 @@ function rt.directional_light(desc) end
 
 ---@class rt.material
 ---@class rt.classic_desc
----@field color? rt.vec3 linear, 0 ... 1
+---@field color? rt.vec3 linear, 0 ... 1 ({1, 1, 1})
 ---@field texture? rt.texture_like multiplies color
----@field diffusion? number weight of the diffuse part, 0 ... 1
----@field reflectiveness? number weight of the mirror, 0 ... 1
----@field transparency? number weight of the refracted ray, 0 ... 1
----@field refractiveness? number index of refraction
----@field ambient? number weight of the scene's ambient light, 0 ... 1
----@field specular? number weight of the highlight
----@field shininess? number exponent of the highlight, 1 ... 100000
+---@field diffusion? number weight of the diffuse part, 0 ... 1 (1)
+---@field reflectiveness? number weight of the mirror, 0 ... 1 (0)
+---@field transparency? number weight of the refracted ray, 0 ... 1 (0)
+---@field refractiveness? number index of refraction (1)
+---@field ambient? number weight of the scene's ambient light, 0 ... 1 (1)
+---@field specular? number weight of the highlight (0)
+---@field shininess? number exponent of the highlight, 1 ... 100000 (50)
 ---@field alpha_texture? rt.texture_like cuts holes
----@field alpha_cut? number where its alpha is below this
----@field opaque_shadow? boolean a transparent body that casts a full shadow
+---@field alpha_cut? number where its alpha is below this (0.5)
+---@field opaque_shadow? boolean a transparent body that casts a full shadow (false)
 ---@field name? string
 
 ---The model of paper 000: diffuse, mirror, glass and highlight, each by its weight.
@@ -493,9 +494,9 @@ function rt.emissive(desc) end
 ---@class rt.texture_desc
 ---@field file? string relative to the script
 ---@field image? rt.image instead of a file
----@field wrap? "repeat"|"clamp"
----@field linear? boolean 8-bit values are linear already
----@field nearest? boolean no interpolation
+---@field wrap? "repeat"|"clamp" (repeat)
+---@field linear? boolean 8-bit values are linear already (false)
+---@field nearest? boolean no interpolation (false)
 ---@field name? string
 
 ---@param desc rt.texture_desc
@@ -507,9 +508,9 @@ function rt.texture(desc) end
 ---@class rt.shape
 ---@class rt.shape_desc
 ---@field material? rt.material
----@field mask? integer seen by rays with (ray mask & mask) ~= 0
----@field user_id? integer yours; in hits
----@field uv_transform? number[] {a, b, c, d, e, f}: u' = a u + b v + c, v' = d u + e v + f
+---@field mask? integer seen by rays with (ray mask & mask) ~= 0 (0xffffffff)
+---@field user_id? integer yours; in hits (0)
+---@field uv_transform? number[] {a, b, c, d, e, f}: u' = a u + b v + c, v' = d u + e v + f ({1, 0, 0, 0, 1, 0})
 ---@field name? string
 
 ---@class rt.sphere_desc : rt.shape_desc
@@ -536,7 +537,7 @@ function rt.spheres(desc) end
 ---@field point rt.vec3
 ---@field normal rt.vec3
 ---@field u_axis? rt.vec3 direction of the texture's rows
----@field texture_size? number width of the texture in scene units
+---@field texture_size? number width of the texture in scene units (1)
 ---@field texture_height? number else as the picture's shape asks
 
 ---@param desc rt.plane_desc
@@ -564,7 +565,7 @@ function rt.cylinder(desc) end
 ---@field from rt.vec3
 ---@field to rt.vec3
 ---@field radius number at `from`
----@field to_radius? number at `to`; 0 is a tip
+---@field to_radius? number at `to`; 0 is a tip (0)
 
 ---@param desc rt.cone_desc
 ---@return rt.shape
@@ -592,7 +593,7 @@ function rt.cylinders(desc) end
 ---@field radii? rt.buffer|number[] at `from`, one a cone
 ---@field radius? number at `from`, one for all
 ---@field to_radii? rt.buffer|number[] at `to`, one a cone
----@field to_radius? number at `to`, one for all
+---@field to_radius? number at `to`, one for all (0)
 ---@field colors? rt.buffer|number[]|number[][] multiply the material's
 ---@field materials? rt.material[] one a cone
 
@@ -613,9 +614,9 @@ function rt.torus(desc) end
 
 ---@class rt.mesh_desc : rt.shape_desc
 ---@field file? string PLY, OBJ or STL, relative to the script
----@field smooth? boolean make normals where there are none
----@field smooth_angle? number file: edges sharper than this stay, in degrees
----@field ignore_materials? boolean file: do not read an OBJ's MTL
+---@field smooth? boolean make normals where there are none (false)
+---@field smooth_angle? number file: edges sharper than this stay, in degrees (60)
+---@field ignore_materials? boolean file: do not read an OBJ's MTL (false)
 ---@field transform? rt.transform|number[] file: baked into the vertices
 ---@field vertices? rt.buffer|number[]|number[][]
 ---@field faces? rt.buffer|integer[]|integer[][] three vertex numbers a face: from 1 in lists, from 0 in a buffer

@@ -95,6 +95,60 @@ describe("the stub rt.d.lua", function()
   end)
 end)
 
+describe("the defaults in rt.d.lua", function()
+  -- Those of a class, as the brackets behind its fields have them.
+  local function defaults_of(class)
+    local body, values = stub():match("%-%-%-@class rt%." .. class .. "[^\n]*\n(.-)\n\n"), {}
+    for name, value in (body .. "\n"):gmatch "%-%-%-@field ([%w_]+)%? [^\n]- %(([^()]+)%)\n" do
+      values[name] = load("return " .. value)() -- nil for a word
+      values[name] = values[name] == nil and value or values[name]
+    end
+    return values
+  end
+
+  it("are the settings'", function()
+    local told, count = defaults_of "settings", 0
+    for _, row in ipairs(rt.settings()) do
+      if row.default ~= nil then
+        assert.equal(row.default, told[row.name], row.name)
+        count = count + 1
+      end
+    end
+    assert.is_true(count > 15)
+  end)
+
+  -- What is described with the defaults given is what is described without them.
+  local function same(make, given, class)
+    local told = defaults_of(class)
+    assert.is_not_nil(next(told), class)
+    for key, value in pairs(given) do
+      told[key] = value
+    end
+    assert.equal(make(given):hash(), make(told):hash(), class)
+  end
+
+  it("are those of descriptions", function()
+    local function item(constructor)
+      return function(t) return rt.scene { constructor(t) } end
+    end
+    local at, ball = { 1, 2, 3 }, { center = { 0, 0, 0 }, radius = 1 }
+    same(function(t) return rt.scene { rt.sphere { center = { 0, 0, 0 }, radius = 1, material = rt.classic(t) } } end, {}, "classic_desc")
+    same(item(rt.point_light), { at = at }, "point_light_desc")
+    same(item(rt.sphere_light), { at = at, radius = 1 }, "sphere_light_desc")
+    same(item(rt.directional_light), { direction = at }, "directional_light_desc")
+    same(item(rt.sphere), ball, "shape_desc")
+    same(item(rt.plane), { point = at, normal = at }, "plane_desc")
+    same(item(rt.cone), { from = { 0, 0, 0 }, to = at, radius = 1 }, "cone_desc")
+    same(function(t) return rt.scene { ambient = t.ambient, background = t.background } end, {}, "scene_desc")
+    local view = { eye = at, look_at = { 0, 0, 0 } }
+    local told = defaults_of "camera_desc"
+    local seen = rt.scene { camera = rt.camera(view) }:get_camera()
+    for _, key in ipairs { "up", "fov", "height", "aperture", "blades", "blade_rotation", "projection" } do
+      assert.same(told[key], seen[key], key)
+    end
+  end)
+end)
+
 describe("the guide docs/lua.md", function()
   it("has code that runs", function()
     local file = assert(io.open "docs/lua.md")
