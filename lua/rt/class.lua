@@ -25,8 +25,8 @@ local function assign(who, fields)
   end
 end
 
--- { name, kind, fields, required, example, items, shared, finish }: a function that makes such descriptions, and their metatable. shared: what all
--- of them have.
+-- { name, kind, fields, required, example, items, shared, settles, finish }: a function that makes such descriptions, and their metatable. shared:
+-- what all of them have; settles: the keys whose values are kept in another form than they are written in (class.settle).
 -- items: positional items are kept unchecked in .items for finish(o, t, who), which may raise or complete the description.
 function class.new(spec)
   local who = "rt." .. spec.name
@@ -48,6 +48,37 @@ function class.new(spec)
     o.place = place() -- where it was described, for who finds a fault in it later
     return setmetatable(o, meta)
   end, meta
+end
+
+-- A table as it was written has no metatable, what a field has made of one is a buffer or has one; of a file, `given` is the name that was read.
+local function is_settled(o, value)
+  if type(value) == "string" then
+    return value == o.given
+  end
+  return type(value) ~= "table" or getmetatable(value) ~= nil
+end
+
+local function settle(o, spec)
+  local who = tostring(o)
+  for _, key in ipairs(spec.settles) do
+    local value = rawget(o, key)
+    if value ~= nil then
+      o[key] = spec.fields[key](value, who, key)
+    end
+  end
+  if not spec.items then
+    spec.finish(o, o, who)
+  end
+end
+
+-- Takes other values of the keys in `settles`, which a script may have given since, as the constructor would.
+function class.settle(o)
+  local spec = specs[getmetatable(o)]
+  for _, key in ipairs(spec.settles or {}) do
+    if not is_settled(o, rawget(o, key)) then
+      return check.at(o.place, settle, o, spec)
+    end
+  end
 end
 
 -- The fields are told that they look again, when a buffer has its numbers.

@@ -19,7 +19,7 @@ local function finish_file(o, who)
       check.fail("%s: file and %s do not go together", who, key)
     end
   end
-  o.add, o.path = "add_mesh_file", run.resolve(o.file)
+  o.add, o.given, o.path = "add_mesh_file", o.file, run.resolve(o.file)
 end
 
 local function finish_arrays(o, t, who)
@@ -54,6 +54,7 @@ mesh.mesh = class.new {
     transform = transform.field, vertices = arrays.places, faces = arrays.triangles, normals = arrays.normals, uvs = arrays.uvs,
     colors = arrays.colors, materials = arrays.materials,
   },
+  settles = { "file", "vertices", "faces", "normals", "uvs", "colors" },
   finish = function(o, t, who)
     if o.file then
       finish_file(o, who)
@@ -67,7 +68,7 @@ mesh.mesh = class.new {
 mesh.polyhedron = class.new {
   name = "polyhedron", kind = "shape", example = "rt.polyhedron { vertices = {...}, faces = {{1, 2, 3, 4}, ...} }",
   fields = shapes.fields { vertices = arrays.places, faces = arrays.polygons }, required = { "vertices", "faces" },
-  shared = { add = "add_polyhedron" },
+  shared = { add = "add_polyhedron" }, settles = { "vertices", "faces" },
   finish = function(o, _, who)
     arrays.check_corners(o.faces.indices, #o.vertices // 3, who, "faces")
     o.face_sizes, o.indices = o.faces.sizes, o.faces.indices
@@ -125,7 +126,7 @@ mesh.instance = class.new {
     transform = transform.field, motion = motion, material = material.field, mask = check.integer { low = 0, high = 0xffffffff },
     user_id = check.integer { low = 0, high = 0xffffffff },
   },
-  items = true,
+  items = true, settles = { "motion" },
   finish = function(o, t, who)
     o.items = positional(t)
     if next(o.items) == nil then

@@ -89,6 +89,7 @@ end
 local adders = {}
 
 function adders.shape(self, o)
+  class.settle(o)
   local described = o.materials and with_material_ids(self, o) or o
   local first, count = core[o.add](self.handle, described, material_id(self, o.material))
   for id = first, first + (count or 1) - 1 do
@@ -125,6 +126,7 @@ local function child_of(o)
 end
 
 function adders.instance(self, o)
+  class.settle(o)
   local child = child_of(o)
   local id = core.add_instance(self.handle, o, o.material and material_id(self, o.material), child.handle)
   self.instances[id], self.child_of_instance[id] = o, child

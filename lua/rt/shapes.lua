@@ -20,10 +20,10 @@ function shapes.fields(own)
   return fields
 end
 
-local function new(name, example, required, own, finish)
+local function new(name, example, required, own, finish, settles)
   return (class.new {
     name = name, kind = "shape", example = example, fields = shapes.fields(own), required = required, finish = finish,
-    shared = { add = "add_" .. name },
+    shared = { add = "add_" .. name }, settles = settles,
   })
 end
 
@@ -107,13 +107,13 @@ shapes.spheres = new("spheres", "rt.spheres { centers = buffer, radii = buffer }
   centers = points, radii = above_zero, radius = positive, colors = arrays.colors, materials = arrays.materials,
 }, function(o, _, who)
   one_each(o, who, "sphere", "centers")
-end)
+end, { "centers", "radii", "colors" })
 
 shapes.cylinders = new("cylinders", "rt.cylinders { from = buffer, to = buffer, radius = 0.1 }", { "from", "to" }, {
   from = points, to = points, radii = above_zero, radius = positive, colors = arrays.colors, materials = arrays.materials,
 }, function(o, _, who)
   between(o, who, "cylinder")
-end)
+end, { "from", "to", "radii", "colors" })
 
 shapes.cones = new("cones", "rt.cones { from = buffer, to = buffer, radii = buffer, to_radii = buffer }", { "from", "to" }, {
   from = points, to = points, radii = from_zero, radius = not_negative, to_radii = from_zero, to_radius = not_negative, colors = arrays.colors,
@@ -125,6 +125,6 @@ shapes.cones = new("cones", "rt.cones { from = buffer, to = buffer, radii = buff
   elseif not o.radii and not o.to_radii and o.radius <= NOTHING and (o.to_radius or 0) <= NOTHING then
     check.fail("%s: radius and to_radius are both 0", who)
   end
-end)
+end, { "from", "to", "radii", "to_radii", "colors" })
 
 return shapes

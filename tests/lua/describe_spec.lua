@@ -73,6 +73,31 @@ describe("a description that is changed", function()
     assert.same({ 40, 0.25, 1 }, { seen.fov, seen.shutter[2], seen.motion.eye[2] })
   end)
 
+  it("takes other lists and files, too", function()
+    local function count(o, key)
+      return rt.scene { o }:info()[key]
+    end
+    local balls = rt.spheres { centers = { 0, 0, 0 }, radii = { 1 } }
+    balls.centers, balls.radii = { { 0, 0, 0 }, { 5, 0, 0 } }, { 1, 2 }
+    assert.equal(2, count(balls, "shapes"))
+    balls.radii = { 1 }
+    raises("rt.spheres: radii has 1 items, but centers has 2", rt.scene, { balls })
+    local roof = rt.polyhedron { vertices = { 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0 }, faces = { { 1, 2, 3 } } }
+    roof.faces = { { 1, 2, 4, 3 } }
+    assert.equal(2, count(roof, "triangles"))
+    local mesh = rt.mesh { vertices = { 0, 0, 0, 1, 0, 0, 0, 1, 0 }, faces = { 1, 2, 3 } }
+    mesh.faces = { { 1, 2, 3 }, { 3, 2, 1 } }
+    assert.equal(2, count(mesh, "triangles"))
+    local moved = rt.instance { mesh, motion = rt.translate(1, 0, 0) }
+    moved.motion = { rt.translate(1, 0, 0), rt.translate(0, 2, 0) }
+    assert.equal(3, count(moved, "motion_places")) -- and where it stands
+    support.in_folder(function(folder)
+      local file = rt.mesh { file = support.write(folder .. "/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n") }
+      file.file = support.write(folder .. "/b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n")
+      assert.equal(2, count(file, "triangles"))
+    end)
+  end)
+
   for _, row in ipairs(changes) do
     it("says " .. row[2], function()
       local code = "local rt = ... local s = rt.sphere { center = {0, 0, 0}, radius = 1, name = 'ball' }\n" .. row[1]
