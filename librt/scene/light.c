@@ -156,7 +156,7 @@ rt_status rt_scene_set_world(rt_scene *scene, const rt_world_desc *desc)
 {
     static const char call[] = "rt_scene_set_world";
     rt_world_desc d = rt_world_desc_default();
-    rtk_world *w = &scene->world;
+    rtk_world *w;
     rt_status status = rti_scene_editable(scene, call);
     if (status == RT_OK)
         status = rti_desc_take(scene->ctx, call, desc, &d, sizeof d);
@@ -170,6 +170,7 @@ rt_status rt_scene_set_world(rt_scene *scene, const rt_world_desc *desc)
         status = rti_check_texture(scene, call, "background_texture", d.background_texture.id);
     if (status != RT_OK)
         return status;
+    w = &scene->world;
     memcpy(w->ambient, &d.ambient, sizeof w->ambient);
     memcpy(w->background, &d.background, sizeof w->background);
     memcpy(w->background_top, &d.background_top, sizeof w->background_top);
