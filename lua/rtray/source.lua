@@ -70,7 +70,7 @@ local function set_view(scene, path, values, command)
   elseif not MESHES[files.ending_of(path)] then
     cli.fault(command, "%s is for mesh files (.ply, .obj, .stl); %s has a camera of its own", given, types.quote(path))
   end
-  local framed = scene.camera
+  local framed = scene.view -- of the whole mesh, which reading it gives
   scene:set_camera(require("rt").camera {
     eye = values.eye or framed.eye, look_at = values.at or framed.look_at, up = framed.up, fov = values.fov or framed.fov,
   })
