@@ -7,7 +7,7 @@
 #include "packet.h"
 
 #define WIDTH 64
-#define MANY  256u /* rays sorted by axis at a time */
+#define MANY  192u /* rays sorted by axis at a time: some 300 bytes of the stack each */
 
 /* Rays of one dominant axis. */
 typedef struct lanes {

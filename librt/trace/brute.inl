@@ -35,8 +35,9 @@ static void RTK_NAME(many)(rtk_query *q, int *done, uint32_t count)
             done[i] = RTK_NAME(instances)(&q[i]);
 }
 
-static void RTK_NAME(rays)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
-                           uint32_t count, rti_scratch *scratch)
+/* Apart: Clang's stack had room for two modes' rays at once. */
+RTI_APART void RTK_NAME(rays)(const rtk_scene *scene, const rtk_trace_block *rays, rtk_hit_block *hits, uint16_t *occluded,
+                              uint32_t count, rti_scratch *scratch)
 {
     rtk_query q[MANY];
     int done[MANY];
