@@ -28,9 +28,10 @@ end
 
 -- f(...), whose faults are those of another place; nil: where the script is.
 function check.at(where, f, ...)
+  local before = place
   place = where
   local ok, result, more = pcall(f, ...)
-  place = nil
+  place = before
   if not ok then
     error(result, 0)
   end

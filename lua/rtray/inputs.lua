@@ -1,7 +1,7 @@
 -- What a command reads: the files on its command line, and those that its scene has read so far. It writes over none of them, for who names one as
 -- the output has no other copy of it.
 
-local sys = require "rtray.sys"
+local outputs = require "rt.outputs"
 local sandbox = require "rtray.sandbox"
 local types = require "rtray.types"
 
@@ -31,12 +31,6 @@ function inputs.opened(run)
   scene = run
 end
 
--- A regular file by whatever name, through links.
-local function mark_of(path)
-  local kind, _, _, inode, device = sys.stat(path)
-  return kind == "file" and ("%d %d"):format(device, inode) or nil
-end
-
 local function refuse(path, input, what)
   local other = input ~= path and (" (%s)"):format(types.quote(input)) or ""
   error({ status = 2, usage = command, message = ("the output %s is %s%s; name another file"):format(types.quote(path), what, other) }, 0)
@@ -44,12 +38,12 @@ end
 
 -- Raises when the output `path` is one of them.
 function inputs.check(path)
-  local mark = path ~= "-" and mark_of(path)
+  local mark = path ~= "-" and outputs.mark(path)
   if not mark then
     return
   end
   for _, input in ipairs(named) do
-    if mark_of(input) == mark then
+    if outputs.mark(input) == mark then
       refuse(path, input, "the input itself")
     end
   end
@@ -62,7 +56,7 @@ function inputs.check(path)
   end
   table.sort(read)
   for _, input in ipairs(read) do
-    if mark_of(input) == mark then
+    if outputs.mark(input) == mark then
       refuse(path, input, "a file that the scene reads")
     end
   end

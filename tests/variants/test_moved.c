@@ -249,6 +249,33 @@ static void make_bodies(rtk_shape *bodies, uint32_t count)
     }
 }
 
+/* An empty world, and the triangles for it. */
+typedef struct stage {
+    rt_context *ctx;
+    test_world world;
+    test_mesh mesh;
+} stage;
+
+static void stage_open(stage *s)
+{
+    rt_context_desc d = rt_context_desc_default();
+    memset(s, 0, sizeof *s);
+    d.workers = 1;
+    assert_int_equal(rt_context_create(&d, &s->ctx), RT_OK);
+    test_world_init(&s->world, s->ctx);
+    make_triangles(&s->mesh);
+}
+
+/* The world is whole: tries it, and ends. */
+static void stage_sweep(const char *what, stage *s)
+{
+    assert_int_equal(test_world_commit(&s->world, NULL), RT_OK);
+    sweep(what, &s->world);
+    test_world_free(&s->world);
+    test_mesh_free(&s->mesh);
+    rt_context_destroy(s->ctx);
+}
+
 /* 0: triangles, 1: with planes, 2: bodies, 3: bodies with planes, 4: triangles of which some rays see nothing, 5: triangles and
  * some bodies. */
 static void test_groups(void **state)
@@ -257,58 +284,38 @@ static void test_groups(void **state)
                                         "bodies, planes", "triangles under masks", "triangles, bodies"};
     (void)state;
     for (int way = 0; way < 6; way++) {
-        rt_context_desc d = rt_context_desc_default();
-        rt_context *ctx;
         rtk_shape bodies[160];
-        test_mesh m = {0};
-        test_world w;
-        d.workers = 1;
-        assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
-        test_world_init(&w, ctx);
-        make_triangles(&m);
+        stage s;
+        stage_open(&s);
         make_bodies(bodies, 160);
         if (way < 2 || way > 3)
-            test_world_mesh(&w, 0, &m, way == 4 ? 0x7fffffffu : ALL);
+            test_world_mesh(&s.world, 0, &s.mesh, way == 4 ? 0x7fffffffu : ALL);
         if (way == 2 || way == 3)
-            test_world_shapes(&w, 0, bodies, 160, ALL);
+            test_world_shapes(&s.world, 0, bodies, 160, ALL);
         if (way == 5)
-            test_world_shapes(&w, 0, bodies, 40, ALL);
+            test_world_shapes(&s.world, 0, bodies, 40, ALL);
         if (way == 1 || way == 3) {
-            test_world_plane(&w, 0, (const float[3]){0, -0.3f, 0}, (const float[3]){0.1f, 1, 0.2f}, ALL);
-            test_world_plane(&w, 0, (const float[3]){0, -0.3f, 0}, (const float[3]){0.1f, 1, 0.2f}, ALL);
+            test_world_plane(&s.world, 0, (const float[3]){0, -0.3f, 0}, (const float[3]){0.1f, 1, 0.2f}, ALL);
+            test_world_plane(&s.world, 0, (const float[3]){0, -0.3f, 0}, (const float[3]){0.1f, 1, 0.2f}, ALL);
         }
-        assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-        sweep(words[way], &w);
-        test_world_free(&w);
-        test_mesh_free(&m);
-        rt_context_destroy(ctx);
+        stage_sweep(words[way], &s);
     }
 }
 
 /* A group in instances, each far from the others as it is large. */
 static void test_placed_groups(void **state)
 {
-    rt_context_desc d = rt_context_desc_default();
-    rt_context *ctx;
-    test_mesh m = {0};
-    test_world w;
     uint32_t group;
+    stage s;
     (void)state;
-    d.workers = 1;
-    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
-    test_world_init(&w, ctx);
-    make_triangles(&m);
-    group = test_world_group(&w);
-    test_world_mesh(&w, group, &m, ALL);
+    stage_open(&s);
+    group = test_world_group(&s.world);
+    test_world_mesh(&s.world, group, &s.mesh, ALL);
     for (int i = 0; i < 6; i++) {
         float map[12] = {0.05f, 0, 0, (float)(i % 3) - 1.0f, 0, 0.05f, 0, 0.3f * (float)(i / 3), 0, 0, 0.05f, 0.1f * (float)i};
-        test_world_instance(&w, group, map, ALL);
+        test_world_instance(&s.world, group, map, ALL);
     }
-    assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-    sweep("instances", &w);
-    test_world_free(&w);
-    test_mesh_free(&m);
-    rt_context_destroy(ctx);
+    stage_sweep("instances", &s);
 }
 
 /* The scene's only instance, which is its top level: 0: triangles, turned; 1: as they stand, and as many of the scene's own,
@@ -328,30 +335,20 @@ static void test_only_instance(void **state)
     };
     (void)state;
     for (int way = 0; way < 6; way++) {
-        rt_context_desc d = rt_context_desc_default();
-        rt_context *ctx;
         rtk_shape bodies[160];
-        test_mesh m = {0};
-        test_world w;
+        stage s;
         uint32_t group;
-        d.workers = 1;
-        assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
-        test_world_init(&w, ctx);
-        make_triangles(&m);
+        stage_open(&s);
         make_bodies(bodies, 160);
-        group = test_world_group(&w);
+        group = test_world_group(&s.world);
         if (way != 2)
-            test_world_mesh(&w, group, &m, ALL);
+            test_world_mesh(&s.world, group, &s.mesh, ALL);
         if (way == 2 || way == 3)
-            test_world_shapes(&w, group, bodies, way == 2 ? 160 : 40, ALL);
+            test_world_shapes(&s.world, group, bodies, way == 2 ? 160 : 40, ALL);
         if (way == 1)
-            test_world_mesh(&w, 0, &m, ALL);
-        test_world_instance(&w, group, maps[way], way == 4 ? 0x7fffffffu : ALL);
-        assert_int_equal(test_world_commit(&w, NULL), RT_OK);
-        sweep(words[way], &w);
-        test_world_free(&w);
-        test_mesh_free(&m);
-        rt_context_destroy(ctx);
+            test_world_mesh(&s.world, 0, &s.mesh, ALL);
+        test_world_instance(&s.world, group, maps[way], way == 4 ? 0x7fffffffu : ALL);
+        stage_sweep(words[way], &s);
     }
 }
 

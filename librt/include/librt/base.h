@@ -5,7 +5,8 @@
  *  with a sentence. The default of a field is 0 (no file, no name) where its comment gives no other. New fields are added at the end, so a caller compiled against an older header goes on working. Objects are
  *  opaque; create is paired with destroy, and destroy(NULL) does nothing. Calls that can fail return rt_status; the sentence is in
  *  rt_context_error. They answer ARGUMENT to a NULL in an object's place; what returns no rt_status is to be given none. The library never exits, prints, sets a locale or installs a signal handler, and it keeps no pointer of the
- *  caller's unless a function says so. Any number of contexts may live at once; nothing is global.
+ *  caller's unless a function says so. Any number of contexts may live at once; nothing is global
+ *  but each thread's last sentence about what failed without a context.
  *
  *  Signals are left to the host's threads: the library's own have all of them blocked but those that a thread sends itself by what it
  *  does (SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGPIPE, SIGSEGV, SIGSYS, SIGTRAP, SIGXFSZ) and SIGPROF. So has what a hook starts there.
