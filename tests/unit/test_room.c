@@ -1,5 +1,6 @@
 /* The memory that calls of many rays work in: had once and kept, given back when asked for or at the end, done without where
  * there is none, and never at the cost of what else a context keeps. */
+#include "../support/many.h"
 #include "scene_kit.h"
 
 #include <pthread.h>
@@ -128,7 +129,7 @@ static void test_dropped(void **state)
     rt_ray rays[RAYS];
     (void)state;
     aim(rays);
-    for (int i = 0; i < 200; i++) {
+    for (int i = 0; i < (TEST_SANITIZED ? 60 : 200); i++) {
         kit_memory memory = {0};
         rt_context *ctx = kit_context(&memory, 1);
         rt_scene *scene = scatter(ctx, 4);
