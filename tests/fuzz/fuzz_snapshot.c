@@ -1,9 +1,10 @@
-/* Snapshot files: whatever the decoder lets through must be safe to trace, to shade and to build other trees for. */
+/* Snapshot files: whatever the decoder lets through must be safe to trace, to shade, to render and to build other trees for. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "kernel/surface.h"
 #include "kernel/texture.h"
+#include "render/job.h"
 #include "scene/blob.h"
 #include "trace/trace.h"
 
@@ -66,11 +67,46 @@ static void shade(const rtk_scene *v, const rtk_trace_block *rays, const rtk_hit
     }
 }
 
+/* Each ray by itself, as calls of one ray are answered. */
+static void alone(const rtk_scene *v, const rti_tracer *tracer, const rtk_trace_block *rays)
+{
+    for (uint32_t i = 0; i < RTK_BLOCK; i++) {
+        const rti_ray ray = {{rays->ox[i], rays->oy[i], rays->oz[i]},
+                             rays->tmin[i],
+                             {rays->dx[i], rays->dy[i], rays->dz[i]},
+                             rays->tmax[i],
+                             rays->mask[i]};
+        rti_hit hit;
+        tracer->one(v, &ray, TIME(i), &hit);
+        tracer->one(v, &ray, TIME(i), NULL);
+    }
+}
+
+/* Small pictures by the file's own camera and lights, shaded in lanes. */
+static void render(rt_context *ctx, rti_snapshot *snapshot)
+{
+    static const char *const integrators[] = {"whitted", "path"};
+    for (size_t i = 0; i < sizeof integrators / sizeof *integrators; i++) {
+        rt_render_desc d = rt_render_desc_default();
+        rt_job *job = NULL;
+        d.width = 20;
+        d.height = 12;
+        d.samples = 1;
+        d.workers = 1;
+        d.max_depth = 3;
+        d.integrator = integrators[i];
+        if (rti_job_create(ctx, snapshot, "fuzz", &d, NULL, &job) != RT_OK)
+            continue;
+        rt_job_wait(job, -1);
+        rt_job_destroy(job);
+    }
+}
+
 /* As many as go to instances together; one where there are none. */
 enum { BLOCKS = 17 };
 
 /* A loaded snapshot traced by every tracer in each way; the hits agree, or the file's own tree was wrong, which is no crash. */
-static void use(rti_snapshot *snapshot)
+static void use(rt_context *ctx, rti_snapshot *snapshot)
 {
     static _Alignas(64) rtk_trace_block rays[BLOCKS];
     static _Alignas(64) rtk_hit_block hits[BLOCKS];
@@ -103,8 +139,10 @@ static void use(rti_snapshot *snapshot)
         scratch.bare = scratch.turns = false;
         tracer->intersect(rti_snapshot_view(with), rays, hits, RTK_BLOCK, 0, &scratch);
         shade(rti_snapshot_view(with), rays, hits);
+        alone(rti_snapshot_view(with), tracer, rays);
         rti_snapshot_release(with);
     }
+    render(ctx, snapshot);
 }
 
 /* Hashes are not checked, nor the size that the header tells: no mutation would get past them. */
@@ -121,10 +159,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         memcpy(copy + offsetof(rti_blob_header, file_size), &length, sizeof length);
     refused = rti_blob_decode(ctx, "fuzz.snap", copy, size, false, &snapshot) != RT_OK;
     if (!refused)
-        use(snapshot);
+        use(ctx, snapshot);
     rti_snapshot_release(snapshot);
     rti_free(ctx, copy, size);
-    rti_chunk_drop_kept(ctx);
+    rt_context_drop_kept(ctx);
     rt_context_memory(ctx, &now, NULL);
     if (now > 65536) /* the empty cache stays */
         abort();
