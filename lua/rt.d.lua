@@ -92,8 +92,8 @@ function rt.render(scene, options) end
 ---@field rays_refract integer
 ---@field rays_diffuse integer
 ---@field rays_ao integer
----@field nodes integer visited nodes of trees
----@field tests integer tested primitives
+---@field nodes integer visited nodes of trees; counted by the integrators "cost" and "steps" alone, else 0
+---@field tests integer tested primitives; likewise
 ---@field clamped integer contributions that were limited
 ---@field dropped integer contributions that were no numbers
 ---@field memory integer bytes

@@ -21,20 +21,40 @@ local new_texture, texture_meta = class.new {
     if (o.file == nil) == (o.image == nil) then
       check.fail("%s: give either file or image", who)
     end
+    o.found = o.file
   end,
 }
 material.texture = new_texture
 
--- A field that takes a texture, an image or a file's name. Equal names are one texture.
+-- A field that takes a texture, an image or a file's name. Equal names are one texture (bare).
 function material.texture_field(value, who, key)
   if getmetatable(value) == texture_meta then
     return value
   elseif type(value) == "string" then
-    return file_name(value, who, key)
+    check.string(value, who, key)
+    local texture = new_texture { file = value }
+    rawset(texture, "bare", true)
+    return texture
   elseif image.is(value) then
     return new_texture { image = value }
   end
   return check.fail("%s: %s must be a file's name, a texture as rt.texture { file = ... } or an image; got %s", who, key, check.describe(value))
+end
+
+-- The texture that a description has, or nil. What a script has given it since then is taken as the constructor would.
+function material.texture_of(o, key)
+  local texture = o[key]
+  if texture ~= nil and getmetatable(texture) ~= texture_meta then
+    texture = check.at(o.place, material.texture_field, texture, tostring(o), key)
+    rawset(o, key, texture)
+  end
+  if texture and texture.file and texture.file ~= texture.found then
+    rawset(texture, "file", check.at(texture.place, file_name, texture.file, tostring(texture), "file"))
+    rawset(texture, "found", texture.file)
+  elseif texture and not texture.file and not texture.image then
+    check.at(texture.place, check.fail, "%s: give either file or image", tostring(texture))
+  end
+  return texture
 end
 
 local weight = check.number { low = 0, high = 1 }

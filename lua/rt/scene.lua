@@ -43,21 +43,21 @@ end
 
 local subject -- the item or material that is being handed to the library; after an error the one that it is about
 
--- The id of a texture: a description, or a file's name.
-local function texture_id(self, texture)
+-- The id of a description's texture, or nil.
+local function texture_id(self, o, key)
+  local texture = material.texture_of(o, key)
   if texture == nil then
     return nil
   end
-  local id = self.ids[texture]
+  local what = texture.bare and texture.file or texture
+  local id = self.ids[what]
   if not id then
-    if type(texture) == "string" then
-      id = core.texture_load(self.handle, texture, {})
-    elseif texture.file then
+    if texture.file then
       id = core.texture_load(self.handle, texture.file, texture)
     else
       id = core.texture_image(self.handle, texture.image, texture)
     end
-    self.ids[texture] = id
+    self.ids[what] = id
   end
   return id
 end
@@ -71,7 +71,7 @@ local function material_id(self, description)
   if not id then
     local before = subject
     subject = description
-    id = core.material(self.handle, description, texture_id(self, description.texture), texture_id(self, description.alpha_texture))
+    id = core.material(self.handle, description, texture_id(self, description, "texture"), texture_id(self, description, "alpha_texture"))
     self.ids[description], self.materials[id], subject = id, description, before
   end
   return id
@@ -215,8 +215,8 @@ function scene.set_world(self, o)
     return
   end
   local world, texture = { ambient = o.ambient, background_top = o.background_top }, nil
-  if type(o.background) == "string" or class.kind(o.background) then
-    texture = texture_id(self, o.background)
+  if class.kind(o.background) then
+    texture = texture_id(self, o, "background")
   else
     world.background = o.background
   end

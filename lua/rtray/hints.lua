@@ -11,7 +11,7 @@ end
 
 -- A background that is seen: a texture, or a colour.
 local function is_seen(background)
-  return type(background) == "string" or class.kind(background) ~= nil or not is_black(background)
+  return class.kind(background) ~= nil or not is_black(background)
 end
 
 -- May a body in it shine? The materials of an OBJ file are not known here.

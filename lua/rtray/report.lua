@@ -86,10 +86,12 @@ function report.render_json(path, image, settings, stats)
   for i, w in ipairs(stats.per_worker) do
     workers[i] = json.object():set("busy_seconds", w.busy_seconds):set("cpu_seconds", w.cpu_seconds):set("rays", w.rays):set("tiles", w.tiles)
   end
+  local counted = stats.nodes + stats.tests > 0 -- by the views of costs alone
   return json.object():set("output", path):set("width", width):set("height", height):set("hash", image:hash())
     :set("settings", report.picture_settings(settings)):set("tracer", settings.tracer):set("tile", settings.tile)
-    :set("seconds", stats.seconds):set("build_seconds", stats.build_seconds):set("rays", rays):set("nodes", stats.nodes)
-    :set("tests", stats.tests):set("clamped", stats.clamped):set("dropped", stats.dropped):set("memory", stats.memory)
+    :set("seconds", stats.seconds):set("build_seconds", stats.build_seconds):set("rays", rays)
+    :set("nodes", counted and stats.nodes or nil):set("tests", counted and stats.tests or nil)
+    :set("clamped", stats.clamped):set("dropped", stats.dropped):set("memory", stats.memory)
     :set("work", report.work_json(report.work())):set("workers", workers)
 end
 
@@ -144,7 +146,7 @@ function report.print_stats(note, stats)
     end
   end
   local rays = math.max(stats.rays, 1)
-  if stats.nodes + stats.tests > 0 then -- counted by the views of costs alone
+  if stats.nodes + stats.tests > 0 then
     note("nodes    %s visited, %.1f a ray", output.count(stats.nodes), stats.nodes / rays)
     note("tests    %s primitives, %.1f a ray", output.count(stats.tests), stats.tests / rays)
   end

@@ -47,6 +47,36 @@ describe("rt.load", function()
     end)
   end)
 
+  it("finds textures that a description was given since beside the script, too", function()
+    support.in_folder(function(folder)
+      os.execute("mkdir " .. folder .. "/deep")
+      rt.image({ width = 1, height = 1 }):save(folder .. "/deep/white.png")
+      local function loaded(change)
+        return rt.load(script(folder, ([[
+          local texture = rt.texture { file = "first.png" }
+          local ball = rt.classic { texture = texture }
+          local other = rt.classic { texture = "first.png" }
+          texture.file, other.texture = "white.png", "white.png"
+          %s
+          return rt.scene {
+            rt.sphere { center = {0, 0, 0}, radius = 1, material = ball }, rt.sphere { center = {2, 0, 0}, radius = 1, material = other },
+          }
+        ]]):format(change), "deep/s.lua"))
+      end
+      assert.equal(1, loaded "":info().textures)
+      assert.equal(2, loaded [[other.texture = rt.image "white.png"]]:info().textures)
+      for change, expected in pairs {
+        ["other.texture = 5"] = "s.lua:4: rt.classic: texture must be a file's name, a texture as rt.texture",
+        ["texture.file = 'no.png'"] = "s.lua:3: item 1 (rt.sphere): " .. folder .. "/deep/no.png: cannot open it for reading",
+        ["texture.file = 7"] = "s.lua:2: rt.texture: file must be a string; got 7",
+        ["texture.file = nil"] = "s.lua:2: rt.texture: give either file or image",
+      } do
+        local message = support.message(loaded, change)
+        assert.is_truthy(message:find(expected, 1, true), message)
+      end
+    end)
+  end)
+
   it("restores everything after an error", function()
     support.in_folder(function(folder)
       local before = package.path
