@@ -36,7 +36,8 @@ function class.new(spec)
   meta.__tostring = to_string(meta)
   kinds[meta], specs[meta] = spec.kind, spec
   spec.fields.name = check.string
-  local fields, required, finish = spec.fields, spec.required or {}, spec.finish
+  spec.required, spec.settles = spec.required or {}, spec.settles or {}
+  local fields, required, finish = spec.fields, spec.required, spec.finish
   local checked_fields, checked_required, place = check.fields, check.required, core.place
   return function(t)
     check.plain_table(t, who, spec.example)
@@ -71,10 +72,15 @@ local function settle(o, spec)
   end
 end
 
--- Takes other values of the keys in `settles`, which a script may have given since, as the constructor would.
+-- Takes other values of the keys in `settles`, which a script may have given since, as the constructor would; it may have taken one away, too.
 function class.settle(o)
   local spec = specs[getmetatable(o)]
-  for _, key in ipairs(spec.settles or {}) do
+  for _, key in ipairs(spec.required) do
+    if rawget(o, key) == nil then
+      return check.at(o.place, check.required, o, spec.required, tostring(o))
+    end
+  end
+  for _, key in ipairs(spec.settles) do
     if not is_settled(o, rawget(o, key)) then
       return check.at(o.place, settle, o, spec)
     end
@@ -88,7 +94,7 @@ local function checked(o)
     local value = rawget(o, key)
     copy[key] = value ~= nil and spec.fields[key](value, who, key, true) or value
   end
-  check.required(copy, spec.required or {}, who)
+  check.required(copy, spec.required, who)
   return copy
 end
 

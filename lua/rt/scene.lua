@@ -71,6 +71,7 @@ local function material_id(self, description)
   if not id then
     local before = subject
     subject = description
+    class.settle(description)
     id = core.material(self.handle, description, texture_id(self, description, "texture"), texture_id(self, description, "alpha_texture"))
     self.ids[description], self.materials[id], subject = id, description, before
   end
@@ -98,6 +99,7 @@ function adders.shape(self, o)
 end
 
 function adders.light(self, o)
+  class.settle(o)
   self.lights[core.add_light(self.handle, o)] = o
 end
 
