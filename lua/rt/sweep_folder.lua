@@ -11,7 +11,8 @@ local methods = {}
 methods.__index = methods
 
 local FORMAT = 1
-local OURS = { "results.csv", "results.json", "runs.csv", "machine.json", "plan.json", "images", "maps", "reference", "index.html" }
+local OURS = { "results.csv", "results.json", "runs.csv", "machine.json", "plan.json", "images", "maps", "reference", "index.html", "contact.png",
+  "plots" }
 local IS_OURS = {}
 for _, name in ipairs(OURS) do
   IS_OURS[name] = true
@@ -218,9 +219,17 @@ end
 
 -- Whether the folder has files with our names that no journal speaks of.
 local function refuse_foreign(self)
+  local function refuse(name)
+    fault("%s holds %s, but no journal of a sweep; choose another folder", quote(self.folder), name)
+  end
   for _, name in ipairs(OURS) do
     if core.file_stat(self.path(name)) then
-      fault("%s holds %s, but no journal of a sweep; choose another folder", quote(self.folder), name)
+      refuse(name)
+    end
+  end
+  for _, name in ipairs(core.list_folder(self.path "") or {}) do
+    if name:find "^contact%-%d+%.png$" then
+      refuse(name)
     end
   end
 end

@@ -348,8 +348,10 @@ describe("rtray sweep", function()
     end
     refused("cannot be made: File exists", "x.lua")
     refused("the folder '/proc/none' cannot be made", "/proc/none")
-    support.shell("mkdir mine && touch mine/results.csv", folder)
-    refused("'mine' holds results.csv, but no journal of a sweep", "mine")
+    for _, name in ipairs { "results.csv", "contact.png", "contact-2.png" } do -- a picture of somebody's, too, perhaps one that the scene reads
+      support.shell("rm -rf mine && mkdir mine && touch mine/" .. name, folder)
+      refused("'mine' holds " .. name .. ", but no journal of a sweep", "mine")
+    end
     assert.equal(0, sweep(folder, "--over", "radius=1").status)
     support.write(folder .. "/y.lua", SCENE)
     local r = rtray { "sweep", "y.lua", "-q", "--over", "radius=1", "-o", "out", cwd = folder }
