@@ -31,7 +31,7 @@ typedef struct rtk_hit_block {
  * low 16 bits, kind (RTK_KIND_*) above. key: hash of the path (parent's key and branch), the address of its random numbers.
  * tp*: throughput; for a shadow ray the pending contribution. eta: refractive index of the medium the ray is in. width, spread:
  * ray cone at the origin and per unit of distance, for mip-maps. pdf: of the last sampled direction (solid angle), < 0 after
- * a specular bounce or from the camera. */
+ * a specular bounce or from the camera, 0 where what it meets of lights has been asked for. */
 typedef struct rtk_path_block {
     float tpr[RTK_BLOCK], tpg[RTK_BLOCK], tpb[RTK_BLOCK];
     rtk_u32 pixel[RTK_BLOCK], sample[RTK_BLOCK], depth_kind[RTK_BLOCK];

@@ -135,6 +135,7 @@ rt_status rti_frame_plan(rt_context *ctx, const char *what, rti_frame *frame, co
     frame->lens = rtk_lens_make(&scene->world->camera, frame->set.desc.width, frame->set.desc.height);
     frame->lens_varies = frame->lens.radius > 0.0f || scene->world->camera.flags & RTK_CAMERA_MOVING;
     frame->moving = scene->flags & RTK_SCENE_MOVING;
+    frame->asks_through = !frame->set.desc.shadows || (scene->flags & RTK_SCENE_TRANSPARENT && !frame->set.desc.opaque_shadows);
     cameras = (double)frame->set.desc.crop.width * frame->set.desc.crop.height * frame->set.samples;
     frame->batch = batch_of(frame, cameras);
     if (per_hit * BATCH_MAX > STEP_RAYS)

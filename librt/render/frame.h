@@ -49,6 +49,7 @@ typedef struct rti_frame {
     rtk_lens lens;          /* at time 0 */
     bool lens_varies;       /* rays start on a lens, or the camera moves */
     bool moving;            /* instances move: every ray has a time */
+    bool asks_through;      /* shadow rays go through bodies which other rays are bent by or end at (lanes_path.c) */
     uint32_t tile_columns, tile_count;
     bool roomy;          /* rti_context_roomy */
     bool thrifty;        /* queues as short as may be, where memory is limited */

@@ -200,7 +200,7 @@ RTI_LANES_FN static inline void rti_leaving_start(const rti_sheaf *c, rti_leavin
     }
 }
 
-/* Rays of one direction a lane, of those lanes whose throughputs are worth it: directions and throughputs are there. */
+/* Rays of one direction a lane, of those lanes whose throughputs are worth it: directions, throughputs and pdf are there. */
 RTI_LANES_FN static inline void rti_push_single(rti_worker *w, const rti_sheaf *c, rti_leaving *s, uint32_t kind, uint32_t mask,
                                                 uint32_t some)
 {
@@ -210,7 +210,6 @@ RTI_LANES_FN static inline void rti_push_single(rti_worker *w, const rti_sheaf *
     {
         goes[k] = rtk_maxabs(rtk_v3(s->tr[k], s->tg[k], s->tb[k])) >= RTI_THROUGHPUT_MIN;
         s->spread[k] = c->spread[k];
-        s->pdf[k] = -1.0f;
     }
     rti_leaving_keys(s, kind);
     rti_push_lanes(w, c, s, kind, mask, rti_lanes_of(goes, RTK_BLOCK) & some);
@@ -227,6 +226,7 @@ RTI_LANES_FN static inline void rti_push_mirrors(rti_worker *w, const rti_sheaf 
         s->dx[k] = above ? a.x : b.x;
         s->dy[k] = above ? a.y : b.y;
         s->dz[k] = above ? a.z : b.z;
+        s->pdf[k] = -1.0f;
     }
     rti_push_single(w, c, s, RTK_KIND_REFLECT, RT_MASK_REFLECTION, some);
 }
@@ -276,7 +276,7 @@ RTI_LANES_FN static inline void rti_bend_lanes(const rti_sheaf *c, const rti_loo
     }
 }
 
-/* Refracted rays of some lanes: their throughputs are there. */
+/* Refracted rays of some lanes: their throughputs and pdf are there. */
 RTI_LANES_FN static inline void rti_push_refracted(rti_worker *w, const rti_sheaf *c, const rti_looks *l, const rti_bent *b,
                                                    rti_leaving *s, uint32_t some)
 {

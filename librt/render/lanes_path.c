@@ -4,6 +4,8 @@
  *
  * A spherical light whose body is visible can be met by a diffuse ray too. With inverse-square falloff both ways are weighed by
  * the balance heuristic (Veach, Guibas 1995); without falloff such a light has no radiance of its own, and only asking counts.
+ * So it does for all lights where shadow rays get through bodies (rti_frame.asks_through): what came through them straight would
+ * come bent a second time.
  *
  * Russian roulette draws from the path's own key, so a path's end does not depend on when it is looked at. */
 #include "../kernel/lights.h"
@@ -64,6 +66,8 @@ RTI_LANES_FN static void note_lit(rti_worker *w, const rti_sheaf *c, const rti_l
         kb[k] = c->tpb[k] * s->db[k];
         pdf[k] = goes ? share : 0.0f;
     }
+    if (w->frame->asks_through)
+        memset(pdf, 0, RTK_BLOCK * sizeof *pdf);
     rti_note_lit(w, c);
 }
 
@@ -129,6 +133,7 @@ RTI_LANES_FN static void scatter(const rti_sheaf *c, const lobes *s, rti_leaving
 
 RTI_LANES_FN static void send_diffuse(rti_worker *w, const rti_sheaf *c, const lobes *s, const uint32_t *goes, rti_leaving *to)
 {
+    const bool asks_through = w->frame->asks_through;
     uint32_t up[RTK_BLOCK] RTI_ROW;
     scatter(c, s, to);
     rti_leaving_start(c, to);
@@ -144,10 +149,23 @@ RTI_LANES_FN static void send_diffuse(rti_worker *w, const rti_sheaf *c, const l
         to->tg[k] = tp.y;
         to->tb[k] = tp.z;
         to->spread[k] = rtk_max(c->spread[k], RTI_DIFFUSE_SPREAD);
-        to->pdf[k] = probability * rtk_cosine_pdf(cosine);
+        to->pdf[k] = asks_through ? 0.0f : probability * rtk_cosine_pdf(cosine);
     }
     rti_leaving_keys(to, RTK_KIND_DIFFUSE);
     rti_push_lanes(w, c, to, RTK_KIND_DIFFUSE, RT_MASK_DIFFUSE, rti_lanes_of(up, c->count));
+}
+
+/* The pdf of refracted rays: 0, so that they meet no light, where a diffuse ray's light has come straight through, too. */
+static void bent_pdf(const rti_worker *w, const rti_sheaf *c, float *pdf)
+{
+    const bool shadows = w->frame->set.desc.shadows;
+    for (uint32_t k = 0; k < RTK_BLOCK; k++)
+        pdf[k] = -1.0f;
+    for (uint32_t k = 0; w->frame->asks_through && k < c->count; k++) {
+        const float before = w->batch.path[c->ray[k] / RTK_BLOCK].pdf[c->ray[k] % RTK_BLOCK];
+        const bool stops = shadows && w->frame->scene->materials[c->material[k]].flags & RTK_MAT_OPAQUE_SHADOW;
+        pdf[k] = before < 0.0f || stops ? -1.0f : 0.0f;
+    }
 }
 
 /* Rays of the mirror, or of refraction where b says so: what they keep is (r, g, b)[k] * total / share. */
@@ -163,10 +181,12 @@ RTI_LANES_FN static void send_other(rti_worker *w, const rti_sheaf *c, const rti
         to->tg[k] = through ? crossed.y : mirrored.y;
         to->tb[k] = through ? crossed.z : mirrored.z;
     }
-    if (through)
+    if (through) {
+        bent_pdf(w, c, to->pdf);
         rti_push_refracted(w, c, l, b, to, rti_lanes_of(goes, c->count));
-    else
+    } else {
         rti_push_mirrors(w, c, to, rti_lanes_of(goes, c->count));
+    }
 }
 
 /* One ray at most leaves each lane: the lobe that its number falls into. */
@@ -196,11 +216,14 @@ RTI_LANES_FN static void go_on(rti_worker *w, const rti_sheaf *c, const rti_look
         send_other(w, c, l, b, s, crossing, &from, true);
 }
 
-/* Weight of meeting a light's body by chance: as a diffuse ray of that pdf which started at org; pdf < 0: as another. */
+/* Weight of meeting a light's body by chance: as a diffuse ray of that pdf which started at org (0: asking alone counts);
+ * pdf < 0: as another. */
 static float meeting_weight(const rti_frame *f, uint32_t geom, uint32_t inst, rtk_vec3 org, float pdf)
 {
     const uint32_t light = f->light_of_geom && inst == RTK_INVALID ? f->light_of_geom[geom] : RTK_INVALID;
-    return light == RTK_INVALID || pdf < 0.0f ? 1.0f : rtk_light_meeting(&f->scene->lights[light], org, pdf);
+    if (light == RTK_INVALID || pdf < 0.0f)
+        return 1.0f;
+    return pdf > 0.0f ? rtk_light_meeting(&f->scene->lights[light], org, pdf) : 0.0f;
 }
 
 /* What shines is met: few rays do. */

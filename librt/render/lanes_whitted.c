@@ -68,6 +68,7 @@ RTI_LANES_FN static void send_both(rti_worker *w, const rti_sheaf *c, const rti_
         from.tr[k] = tp.x;
         from.tg[k] = tp.y;
         from.tb[k] = tp.z;
+        from.pdf[k] = -1.0f;
     }
     rti_push_refracted(w, c, l, &b, &from, (1u << c->count) - 1);
 }

@@ -101,12 +101,12 @@ static void push_mirror(rti_worker *w, const point *p, rtk_vec3 tp)
     push(w, rtk_surface_leave(p->s, dir), dir, RT_MASK_REFLECTION, &child);
 }
 
-static void push_refracted(rti_worker *w, const point *p, rtk_vec3 dir, rtk_vec3 tp)
+static void push_refracted(rti_worker *w, const point *p, rtk_vec3 dir, rtk_vec3 tp, float pdf)
 {
     rti_ray_state child;
     if (!(rtk_maxabs(tp) >= RTI_THROUGHPUT_MIN))
         return;
-    child = child_of(p, RTK_KIND_REFRACT, tp, -1.0f);
+    child = child_of(p, RTK_KIND_REFRACT, tp, pdf);
     child.eta = p->outside ? rtk_index_of(p->material) : 1.0f;
     push(w, rtk_surface_leave(p->s, dir), dir, RT_MASK_REFRACTION, &child);
 }
@@ -166,7 +166,14 @@ static float meeting_weight(const rti_frame *f, rtk_hit hit, rtk_vec3 org, float
     const uint32_t light = f->light_of_geom && hit.inst == RTK_INVALID ? f->light_of_geom[hit.geom] : RTK_INVALID;
     if (light == RTK_INVALID || pdf < 0.0f)
         return 1.0f;
-    return rtk_light_meeting(&f->scene->lights[light], org, pdf);
+    return pdf == 0.0f ? 0.0f : rtk_light_meeting(&f->scene->lights[light], org, pdf);
+}
+
+/* Of a refracted ray: what meets a light that was asked for straight through the body counts no second time. */
+static float bent_pdf(const rti_frame *f, const point *p)
+{
+    const bool stops = f->set.desc.shadows && p->material->flags & RTK_MAT_OPAQUE_SHADOW;
+    return f->asks_through && !(p->state.pdf < 0.0f) && !stops ? 0.0f : -1.0f;
 }
 
 /* The chosen lobe's ray. of_vertex, place: of the vertex' random numbers; pick: which lobe; survive: the probability of going on,
@@ -184,13 +191,13 @@ static void go_on(rti_worker *w, const point *p, const lobes *l, uint32_t of_ver
         if (!(cosine > 0.0f) || !(rtk_dot3(dir, p->s.ng) > 0.0f))
             return;
         tp = rtk_mul(tp, rtk_scale(l->diffuse, 1.0f / probability));
-        child = child_of(p, RTK_KIND_DIFFUSE, tp, probability * rtk_cosine_pdf(cosine));
+        child = child_of(p, RTK_KIND_DIFFUSE, tp, w->frame->asks_through ? 0.0f : probability * rtk_cosine_pdf(cosine));
         child.spread = rtk_max(child.spread, RTI_DIFFUSE_SPREAD);
         push(w, rtk_surface_leave(p->s, dir), dir, RT_MASK_DIFFUSE, &child);
     } else if (at < l->diffuse_share + l->mirror_share) {
         push_mirror(w, p, rtk_scale(tp, l->mirror * l->total / l->mirror_share));
     } else {
-        push_refracted(w, p, l->bent, rtk_mul(tp, rtk_scale(l->crossing, l->total / l->crossing_share)));
+        push_refracted(w, p, l->bent, rtk_mul(tp, rtk_scale(l->crossing, l->total / l->crossing_share)), bent_pdf(w->frame, p));
     }
 }
 
@@ -199,11 +206,11 @@ static void path_classic(rti_worker *w, uint32_t i, const point *p)
     const rti_frame *f = w->frame;
     const rtk_material *m = p->material;
     lobes l = lobes_at(p);
-    bool ends = p->state.depth >= f->set.desc.max_depth || !(l.total > 0.0f);
+    bool ends = p->state.depth >= f->set.desc.max_depth || !(l.total > 0.0f), alone = ends || f->asks_through;
     float survive = 1.0f;
     float pick = 0.0f;
     lit_add(w, i, &p->s, rtk_neg(p->ray.dir), rtk_mul(p->state.tp, l.diffuse), rtk_scale(p->state.tp, m->specular), m->shininess,
-            ends ? 0.0f : l.diffuse_share / l.total);
+            alone ? 0.0f : l.diffuse_share / l.total);
     if (ends)
         return;
     const uint32_t of_vertex = vertex_seed(f, &p->state), place = rtk_shuffled(of_vertex, p->state.sample, RTK_DIM_LOBE);
@@ -241,7 +248,7 @@ static void send_classic(rti_worker *w, const point *p)
         mirror += m->transparency;
     push_mirror(w, p, rtk_scale(tp, mirror));
     if (crosses)
-        push_refracted(w, p, bent, rtk_mul(tp, rtk_crossing(m, p->color)));
+        push_refracted(w, p, bent, rtk_mul(tp, rtk_crossing(m, p->color)), -1.0f);
 }
 
 /* Whitted's: what the ambient light shows, a point for the lights, and what is sent on. */

@@ -107,6 +107,59 @@ static void test_sphere_light_path_visible_without_falloff(void **state)
     sphere_light("path", RT_FALLOFF_NONE, 1);
 }
 
+/* Of a floor under a light whose body is seen, by paths: its middle's mean. blocked: an opaque sphere hides the light. */
+static void floor_under_visible(const rt_render_desc *how, rt_material over, int blocked, double want, double bound)
+{
+    rt_light_desc l = light(RT_LIGHT_SPHERE, v3(0, 4, 0), v3(3, 3, 3), RT_FALLOFF_INVERSE_SQUARE);
+    rt_image *image;
+    double mean[3];
+    l.visible = 1;
+    floor_from_above(add_material(scene, v3(1, 1, 1), 1, 0, 0, 0));
+    look_parallel(scene, v3(0, 1, 0), v3(0, 0, 0), v3(0, 0, -1), 0.01f);
+    if (blocked)
+        add_sphere(scene, v3(0, 2, 0), 1, over);
+    else
+        add_box(scene, v3(-8, 2, -8), v3(8, 2.1f, 8), over);
+    add_light(scene, l);
+    image = commit_and_render(how);
+    mean_of(image, mean);
+    near_to(mean[1], want, bound);
+    rt_image_destroy(image);
+}
+
+/* Shadow rays bring its light straight through a clear pane; diffuse rays that find the way as well bring nothing more. */
+static void test_visible_light_through_clear_pane(void **state)
+{
+    rt_render_desc d = settings(8, 8, 1024, "path");
+    (void)state;
+    floor_under_visible(&d, add_material(scene, v3(0, 1, 0), 0, 0, 1, 1), 0, 3.0 / 16, 0.003);
+}
+
+/* But where shadow rays end at the pane, diffuse rays bring all of it. */
+static void test_visible_light_through_pane_of_opaque_shadow(void **state)
+{
+    rt_render_desc d = settings(8, 8, 4096, "path");
+    rt_material_desc m = rt_material_desc_default();
+    rt_material pane;
+    (void)state;
+    m.diffusion = m.ambient = 0;
+    m.transparency = 1;
+    m.opaque_shadow = 1;
+    OK(rt_scene_add_material(scene, &m, &pane));
+    add_box(scene, v3(-8, -2, -8), v3(8, -1, 8), add_material(scene, v3(1, 1, 1), 0, 0, 1, 1)); /* shadow rays get through some */
+    floor_under_visible(&d, pane, 0, 3.0 / 16, 0.006);
+}
+
+/* Without shadows all of it is asked for through what stands before it. */
+static void test_visible_light_without_shadows(void **state)
+{
+    rt_render_desc d = settings(8, 8, 1024, "path");
+    (void)state;
+    d.shadows = 0;
+    d.max_depth = 1;
+    floor_under_visible(&d, add_material(scene, v3(0, 0, 0), 0, 0, 0, 0), 1, 3.0 / 16, 0.003);
+}
+
 /* A lamp: the sphere around a point light hides it from nobody; another sphere does. */
 static void test_lamp_does_not_shadow_itself(void **state)
 {
@@ -214,6 +267,9 @@ int main(void)
         IN_DARK(test_sphere_light_path),
         IN_DARK(test_sphere_light_path_visible),
         IN_DARK(test_sphere_light_path_visible_without_falloff),
+        IN_DARK(test_visible_light_through_clear_pane),
+        IN_DARK(test_visible_light_through_pane_of_opaque_shadow),
+        IN_DARK(test_visible_light_without_shadows),
         IN_DARK(test_lamp_does_not_shadow_itself),
         IN_DARK(test_ten_thousand_lights),
         IN_DARK(test_visible_light),
