@@ -26,6 +26,16 @@ RTK_FN rtk_vec3 rtk_gradient(rtk_vec3 low, rtk_vec3 top, rtk_vec3 d)
 RTK_FN float rtk_sky_u(rtk_vec3 d) { return rtk_atan2(d.x, -d.z) / (2.0f * RTK_PI) + 0.5f; }
 RTK_FN float rtk_sky_v(rtk_vec3 d) { return 1.0f - rtk_acos(rtk_clamp(d.y, -1.0f, 1.0f)) / RTK_PI; }
 
+/* The map goes around the sky in its rows, and ends at the poles, whatever its texture does on other things: else each pole
+ * would be mixed with the other, or the map would show its ends towards +z. */
+RTK_FN rtk_texture_wraps rtk_sky_wraps(void)
+{
+    rtk_texture_wraps wraps;
+    wraps.u = 0u;
+    wraps.v = RTK_TEX_CLAMP;
+    return wraps;
+}
+
 /* Radiance of the world in unit direction d: gradient by height, or the equirectangular map. spread: angle of the cone. */
 RTK_FN rtk_vec3 rtk_background(RT_GLOBAL const rtk_scene *scene, rtk_vec3 d, float spread)
 {
@@ -35,7 +45,8 @@ RTK_FN rtk_vec3 rtk_background(RT_GLOBAL const rtk_scene *scene, rtk_vec3 d, flo
     float rgba[4];
     if (w->background_tex == RTK_INVALID)
         return rtk_gradient(low, top, d);
-    rtk_texture_sample(scene->textures[w->background_tex], rtk_sky_u(d), rtk_sky_v(d), spread / RTK_PI, rgba);
+    rtk_texture_sample_wrapped(scene->textures[w->background_tex], rtk_sky_u(d), rtk_sky_v(d), spread / RTK_PI, rtk_sky_wraps(),
+                               rgba);
     return rtk_v3(rgba[0], rgba[1], rgba[2]);
 }
 

@@ -73,12 +73,24 @@ RTK_FN float rtk_texture_mix(float a, float b, float c, float d, float fx, float
     return lo + fy * (hi - lo);
 }
 
-RTK_FN void rtk_texture_bilinear(rtk_texture tex, rtk_u32 level, float u, float v, float rgba[4])
+/* How u and v go on beyond [0, 1]: RTK_TEX_CLAMP or not, of other flags any. */
+typedef struct rtk_texture_wraps {
+    rtk_u32 u, v;
+} rtk_texture_wraps;
+
+RTK_FN rtk_texture_wraps rtk_texture_wraps_of(rtk_texture tex)
 {
-    rtk_u32 w = rtk_level_size(tex.head->width, level), h = rtk_level_size(tex.head->height, level), flags = tex.head->flags;
+    rtk_texture_wraps wraps;
+    wraps.u = wraps.v = tex.head->flags;
+    return wraps;
+}
+
+RTK_FN void rtk_texture_bilinear(rtk_texture tex, rtk_u32 level, float u, float v, rtk_texture_wraps wraps, float rgba[4])
+{
+    rtk_u32 w = rtk_level_size(tex.head->width, level), h = rtk_level_size(tex.head->height, level);
     rtk_u32 x0, x1, y0, y1, k;
-    float fx = rtk_texture_pair(rtk_texture_wrap(u, flags) * (float)w - 0.5f, w, flags, &x0, &x1);
-    float fy = rtk_texture_pair(rtk_texture_wrap(v, flags) * (float)h - 0.5f, h, flags, &y0, &y1);
+    float fx = rtk_texture_pair(rtk_texture_wrap(u, wraps.u) * (float)w - 0.5f, w, wraps.u, &x0, &x1);
+    float fy = rtk_texture_pair(rtk_texture_wrap(v, wraps.v) * (float)h - 0.5f, h, wraps.v, &y0, &y1);
     float a[4], b[4], c[4], d[4];
     rtk_texel(tex, level, x0, y0, a);
     rtk_texel(tex, level, x1, y0, b);
@@ -88,11 +100,11 @@ RTK_FN void rtk_texture_bilinear(rtk_texture tex, rtk_u32 level, float u, float 
         rgba[k] = rtk_texture_mix(a[k], b[k], c[k], d[k], fx, fy);
 }
 
-RTK_FN void rtk_texture_nearest(rtk_texture tex, float u, float v, float rgba[4])
+RTK_FN void rtk_texture_nearest(rtk_texture tex, float u, float v, rtk_texture_wraps wraps, float rgba[4])
 {
-    rtk_u32 w = tex.head->width, h = tex.head->height, flags = tex.head->flags;
-    rtk_u32 x = rtk_umin((rtk_u32)(rtk_texture_wrap(u, flags) * (float)w), w - 1u);
-    rtk_u32 y = rtk_umin((rtk_u32)(rtk_texture_wrap(v, flags) * (float)h), h - 1u);
+    rtk_u32 w = tex.head->width, h = tex.head->height;
+    rtk_u32 x = rtk_umin((rtk_u32)(rtk_texture_wrap(u, wraps.u) * (float)w), w - 1u);
+    rtk_u32 y = rtk_umin((rtk_u32)(rtk_texture_wrap(v, wraps.v) * (float)h), h - 1u);
     rtk_texel(tex, 0u, x, y, rgba);
 }
 
@@ -106,26 +118,31 @@ RTK_FN float rtk_texture_level(rtk_texture tex, float footprint)
     return texels > 1.0f ? level : 0.0f;
 }
 
-/* Colour (linear) and alpha at (u, v). */
-RTK_FN void rtk_texture_sample(rtk_texture tex, float u, float v, float footprint, float rgba[4])
+RTK_FN void rtk_texture_sample_wrapped(rtk_texture tex, float u, float v, float footprint, rtk_texture_wraps wraps, float rgba[4])
 {
     float level, weight, fine[4], last = (float)(tex.head->level_count - 1u);
     rtk_u32 k, low;
     if (tex.head->flags & RTK_TEX_NEAREST) {
-        rtk_texture_nearest(tex, u, v, rgba);
+        rtk_texture_nearest(tex, u, v, wraps, rgba);
         return;
     }
     level = rtk_min(rtk_texture_level(tex, footprint), last);
     low = (rtk_u32)level;
     weight = level - (float)low;
-    rtk_texture_bilinear(tex, low, u, v, rgba);
+    rtk_texture_bilinear(tex, low, u, v, wraps, rgba);
     if (!(weight > 0.0f))
         return;
     for (k = 0u; k < 4u; k++)
         fine[k] = rgba[k];
-    rtk_texture_bilinear(tex, low + 1u, u, v, rgba);
+    rtk_texture_bilinear(tex, low + 1u, u, v, wraps, rgba);
     for (k = 0u; k < 4u; k++)
         rgba[k] = fine[k] + weight * (rgba[k] - fine[k]);
+}
+
+/* Colour (linear) and alpha at (u, v). */
+RTK_FN void rtk_texture_sample(rtk_texture tex, float u, float v, float footprint, float rgba[4])
+{
+    rtk_texture_sample_wrapped(tex, u, v, footprint, rtk_texture_wraps_of(tex), rgba);
 }
 
 #endif

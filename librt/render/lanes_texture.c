@@ -120,13 +120,13 @@ RTI_LANES_FN static void mix(const float *fx, const float *fy, const colors four
     }
 }
 
-static void bilinear(rtk_texture tex, const lookups *l, const uint32_t *level, colors *out)
+static void bilinear(rtk_texture tex, const lookups *l, rtk_texture_wraps wraps, const uint32_t *level, colors *out)
 {
     uint32_t at[4][RTK_BLOCK] RTI_ROW; /* of the four around a place, in the order of rtk_texture_bilinear */
     colors four[4];
     pair x, y;
-    pairs(tex.head->width, tex.head->flags, level, l->u, &x);
-    pairs(tex.head->height, tex.head->flags, level, l->v, &y);
+    pairs(tex.head->width, wraps.u, level, l->u, &x);
+    pairs(tex.head->height, wraps.v, level, l->v, &y);
     places(tex.head->width, level, &x, &y, at);
     if (tex.head->flags & RTK_TEX_FLOAT)
         fetch_floats(tex, level, at, four);
@@ -147,43 +147,43 @@ RTI_LANES_FN static void blend(colors *fine, const colors *coarse, const float *
     }
 }
 
-static void filtered(rtk_texture tex, const lookups *l, colors *out)
+static void filtered(rtk_texture tex, const lookups *l, rtk_texture_wraps wraps, colors *out)
 {
     const uint32_t last = tex.head->level_count - 1u;
     uint32_t level[RTK_BLOCK] RTI_ROW, between = 0;
     float weight[RTK_BLOCK] RTI_ROW;
     colors coarse;
     levels(tex, l, level, weight);
-    bilinear(tex, l, level, out);
+    bilinear(tex, l, wraps, level, out);
     RTI_EACH_LANE(k)
     between |= (uint32_t)(weight[k] > 0.0f);
     if (between == 0)
         return;
     RTI_EACH_LANE(k)
     level[k] = level[k] < last ? level[k] + 1u : last;
-    bilinear(tex, l, level, &coarse);
+    bilinear(tex, l, wraps, level, &coarse);
     blend(out, &coarse, weight);
 }
 
 /* Lane after lane. */
-static void singly(rtk_texture tex, const lookups *l, uint32_t lanes, colors *out)
+static void singly(rtk_texture tex, const lookups *l, rtk_texture_wraps wraps, uint32_t lanes, colors *out)
 {
     for (; lanes != 0; lanes &= lanes - 1) {
         const uint32_t k = (uint32_t)__builtin_ctz(lanes);
         float rgba[4];
-        rtk_texture_sample(tex, l->u[k], l->v[k], l->footprint[k], rgba);
+        rtk_texture_sample_wrapped(tex, l->u[k], l->v[k], l->footprint[k], wraps, rgba);
         for (uint32_t i = 0; i < 3; i++)
             out->row[i][k] = rgba[i];
     }
 }
 
 /* At chosen lanes; at others anything. */
-static void find(rtk_texture tex, const lookups *l, uint32_t lanes, colors *out)
+static void find(rtk_texture tex, const lookups *l, rtk_texture_wraps wraps, uint32_t lanes, colors *out)
 {
     if (tex.head->flags & RTK_TEX_NEAREST || __builtin_popcount(lanes) < FEW)
-        singly(tex, l, lanes, out);
+        singly(tex, l, wraps, lanes, out);
     else
-        filtered(tex, l, out);
+        filtered(tex, l, wraps, out);
 }
 
 /* The materials' colours, which the rows have, times their textures'. */
@@ -200,7 +200,7 @@ void RTI_ISA_FN(rti_lanes_texture)(const rtk_scene *scene, rti_sheaf *c)
     colors found = {{{0.0f}}};
     while (left != 0) {
         const uint32_t one = texture[__builtin_ctz(left)], others = rti_u32_unlike(texture, one);
-        find(scene->textures[one], &l, left & ~others, &found);
+        find(scene->textures[one], &l, rtk_texture_wraps_of(scene->textures[one]), left & ~others, &found);
         left &= others;
         RTI_EACH_LANE_INNER(k)
         {
@@ -229,7 +229,7 @@ void RTI_ISA_FN(rti_lanes_sky)(const rtk_scene *scene, const rti_sheaf *c, rti_l
     lookups l;
     colors found;
     directions(c, &l);
-    find(scene->textures[scene->world->background_tex], &l, (1u << RTK_BLOCK) - 1, &found);
+    find(scene->textures[scene->world->background_tex], &l, rtk_sky_wraps(), (1u << RTK_BLOCK) - 1, &found);
     memcpy(light->r, found.row[0], sizeof light->r);
     memcpy(light->g, found.row[1], sizeof light->g);
     memcpy(light->b, found.row[2], sizeof light->b);

@@ -45,6 +45,45 @@ static void test_background_map(void **state)
     }
 }
 
+/* A map's upper half is bright, its lower half dark, and so are its left and right end's columns: at the poles its ends do not
+ * mix, and towards +z its first and last columns do. */
+static void test_background_map_at_its_ends(void **state)
+{
+    enum { W = 16, H = 8 };
+    float texels[W * H][3] = {{0}};
+    rt_render_desc d = settings(1, 1, 1, "whitted");
+    rt_texture_desc t = rt_texture_desc_default();
+    rt_world_desc w = rt_world_desc_default();
+    (void)state;
+    for (int i = 0; i < W * H; i++) {
+        texels[i][0] = i < W * H / 2 ? 1.0f : 0.0f;
+        texels[i][1] = i % W < W / 2 ? 1.0f : 0.0f;
+    }
+    t.width = W;
+    t.height = H;
+    t.pixels = texels;
+    t.format = RT_PIXEL_RGB32F;
+    for (int kind = 0; kind < 4; kind++) {
+        rt_image *image;
+        t.wrap = kind & 1 ? RT_WRAP_CLAMP : RT_WRAP_REPEAT;
+        t.nearest = kind >> 1;
+        OK(rt_scene_add_texture(scene, &t, &w.background_texture));
+        OK(rt_scene_set_world(scene, &w));
+        look_parallel(scene, v3(0, 0, 0), v3(0, 1, 0), v3(0, 0, 1), 1);
+        image = commit_and_render(&d);
+        near_to(pixel(image, 0, 0)[0], 1, 0);
+        rt_image_destroy(image);
+        look_parallel(scene, v3(0, 0, 0), v3(0, -1, 0), v3(0, 0, 1), 1);
+        image = commit_and_render(&d);
+        near_to(pixel(image, 0, 0)[0], 0, 0);
+        rt_image_destroy(image);
+        look_parallel(scene, v3(0, 0, 0), v3(0, 0.2f, 1), v3(0, 1, 0), 1);
+        image = commit_and_render(&d);
+        near_to(pixel(image, 0, 0)[1], t.nearest ? 0 : 0.5, t.nearest ? 1 : 1e-5);
+        rt_image_destroy(image);
+    }
+}
+
 /* Every mean of the filter is the pixel's middle; the Gaussian reaches into its neighbours. */
 static void test_filters(void **state)
 {
@@ -141,6 +180,7 @@ int main(void)
         IN_DARK(test_debug_views),
         IN_DARK(test_filters),
         IN_DARK(test_background_map),
+        IN_DARK(test_background_map_at_its_ends),
         IN_DARK(test_masks),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

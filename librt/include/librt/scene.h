@@ -304,7 +304,7 @@ typedef struct rt_world_desc {
     rt_vec3 ambient;
     rt_vec3 background;     /**< towards -y */
     rt_vec3 background_top; /**< towards +y; equal to background: plain */
-    rt_texture background_texture; /**< equirectangular, seen instead */
+    rt_texture background_texture; /**< equirectangular, seen instead; it goes around and ends at the poles, whatever its wrap */
 } rt_world_desc;
 RT_API rt_world_desc rt_world_desc_default(void);
 RT_API rt_status rt_scene_set_world(rt_scene *scene, const rt_world_desc *desc);
