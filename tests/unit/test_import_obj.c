@@ -156,6 +156,25 @@ static void test_mtl(void **state)
     rti_model_fini(&m);
 }
 
+/* What is dissolved or mirrors is so much less lit from everywhere; a black body that is dissolved tints nothing black. */
+static void test_mtl_dissolved(void **state)
+{
+    static const char mtl[] = "newmtl pane\nKd 0 0 0\nd 0.125\nillum 7\nnewmtl steel\nKd 1 1 1\nKs 0.75 0.75 0.75\nillum 3\n"
+                              "newmtl wall\nKd 0 0 0\n";
+    rti_model m;
+    (void)state;
+    assert_int_equal(read_obj(&m, "v 0 0 0\nusemtl pane\nf 1 1 1\nusemtl steel\nf 1 1 1\nusemtl wall\nf 1 1 1\n"), RT_OK);
+    assert_int_equal(rti_mtl_read(&m, "a.mtl", mtl, sizeof mtl - 1), RT_OK);
+    rt_material_desc d = rti_look_material(&m.looks[0]);
+    assert_true(d.color.x == 1 && d.color.y == 1 && d.color.z == 1 && d.transparency == 0.875f);
+    assert_true(d.diffusion == 0 && d.ambient == 0);
+    d = rti_look_material(&m.looks[1]);
+    assert_true(d.reflectiveness == 0.75f && d.diffusion == 0.25f && d.ambient == 0.25f);
+    d = rti_look_material(&m.looks[2]);
+    assert_true(d.color.x == 0 && d.diffusion == 1 && d.ambient == 1);
+    rti_model_fini(&m);
+}
+
 static void refuse_mtl(const char *mtl, const char *words)
 {
     rti_model m;
@@ -342,6 +361,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_later_vertices, test_setup, test_teardown),
         cmocka_unit_test_setup_teardown(test_obj_refused, test_setup, test_teardown),
         cmocka_unit_test_setup_teardown(test_mtl, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_mtl_dissolved, test_setup, test_teardown),
         cmocka_unit_test_setup_teardown(test_mtl_refused, test_setup, test_teardown),
         cmocka_unit_test_setup_teardown(test_stl, test_setup, test_teardown),
         cmocka_unit_test_setup_teardown(test_stl_refused, test_setup, test_teardown),

@@ -112,6 +112,11 @@ rt_material_desc rti_look_material(const rti_look *k)
     d.diffusion = 1 - d.transparency - d.reflectiveness;
     if (d.diffusion < 0)
         d.diffusion = 0;
+    if (black && !k->diffuse_map && d.transparency > 0) { /* d lets the background through as it is: black would be its tint */
+        d.color = (rt_vec3){1, 1, 1};
+        d.diffusion = 0;
+    }
+    d.ambient = d.diffusion; /* it stands for light that surfaces scatter, as glass and mirrors do not */
     d.refractiveness = bends ? k->refraction : 1.0f;
     d.specular = k->illum == 0 || k->illum == 1 ? 0.0f : mean(k->specular);
     d.shininess = k->shininess < 1 ? 1.0f : k->shininess;
