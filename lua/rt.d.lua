@@ -495,7 +495,7 @@ function rt.emissive(desc) end
 ---@field file? string relative to the script
 ---@field image? rt.image instead of a file
 ---@field wrap? "repeat"|"clamp" (repeat)
----@field linear? boolean 8-bit values are linear already (false)
+---@field linear? boolean values of 8 bits, and of 16 in files, are linear already (false)
 ---@field nearest? boolean no interpolation (false)
 ---@field name? string
 

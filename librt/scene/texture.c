@@ -104,7 +104,7 @@ static rt_status load(rt_context *ctx, const char *call, const char *path, const
     rti_pixels pixels = {.data = NULL};
     rt_status status = rti_kept_begin(&file, ctx, path, source_hash(NULL, d), &kept);
     if (status == RT_OK && !kept.texture) {
-        status = rti_image_decode(ctx, path, file.bytes, file.size, &pixels);
+        status = rti_image_decode(ctx, path, file.bytes, file.size, d->linear, &pixels);
         if (status == RT_OK)
             status = check_size(ctx, path, pixels.width, pixels.height);
         if (status == RT_OK) {

@@ -6,7 +6,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     rt_context *ctx = fuzz_context();
     rti_pixels pixels;
     uint64_t now = 0, sum = 0;
-    if (rti_image_decode(ctx, "fuzz", data, size, &pixels) == RT_OK) {
+    if (rti_image_decode(ctx, "fuzz", data, size, false, &pixels) == RT_OK) {
         size_t expected = (size_t)pixels.width * pixels.height * pixels.channels * (pixels.is_float ? 4 : 1);
         if (!pixels.data || pixels.size != expected || pixels.channels < 1 || pixels.channels > 4 || pixels.channels == 2)
             abort();

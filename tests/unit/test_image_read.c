@@ -8,6 +8,7 @@
 #include "librt/image.h"
 #include "render/save_formats.h"
 #include "scene/import/image_read.h"
+#include "scene/import/srgb.h"
 
 static rt_status decode(const void *bytes, size_t size, rti_pixels *out)
 {
@@ -15,7 +16,7 @@ static rt_status decode(const void *bytes, size_t size, rti_pixels *out)
     unsigned char *exact = malloc(size ? size : 1);
     assert_non_null(exact);
     memcpy(exact, bytes, size);
-    rt_status status = rti_image_decode(test.ctx, "image", exact, size, out);
+    rt_status status = rti_image_decode(test.ctx, "image", exact, size, false, out);
     free(exact);
     assert_true(status == RT_OK ? out->data != NULL : out->data == NULL && out->size == 0);
     return status;
@@ -100,6 +101,30 @@ static void test_gif(void **state)
         assert_int_equal(decode(gif, n, &p), RT_ERROR_FORMAT);
 }
 
+/* Samples of 16 bits are sRGB encoded unless they are said to be linear; alpha always is. */
+static void test_sixteen_bits(void **state)
+{
+    size_t size;
+    unsigned char *bytes = made(&rti_save_png_plain, 7, 3, 16, true, &size);
+    rti_pixels seen, raw;
+    (void)state;
+    rt_status status = rti_image_decode(test.ctx, "seen", bytes, size, false, &seen);
+    assert_true(status == RT_OK || status == RT_ERROR_UNSUPPORTED);
+    if (!status) {
+        assert_int_equal(rti_image_decode(test.ctx, "raw", bytes, size, true, &raw), RT_OK);
+        assert_true(seen.is_float && raw.is_float && seen.channels == 4 && raw.channels == 4);
+        for (uint32_t i = 0; i < 4 * 7 * 3; i++) {
+            const double linear = ((const float *)seen.data)[i], stored = ((const float *)raw.data)[i];
+            const double wanted = i % 4 == 3 ? linear : rti_srgb_encode(linear);
+            if (stored < wanted - 1e-5 || stored > wanted + 1e-5)
+                fail_msg("value %u is %g, not %g", i, stored, wanted);
+        }
+        rti_free(test.ctx, seen.data, seen.size);
+        rti_free(test.ctx, raw.data, raw.size);
+    }
+    free(bytes);
+}
+
 /* ---- headers that promise much ---- */
 
 static void test_huge(void **state)
@@ -158,7 +183,7 @@ static void test_memory_limit(void **state)
     rti_put_le16(tga + 14, 600);
     tga[16] = 24;
     test_begin(&small, 1000000);
-    assert_int_equal(rti_image_decode(small.ctx, "large.tga", tga, size, &p), RT_ERROR_MEMORY_LIMIT);
+    assert_int_equal(rti_image_decode(small.ctx, "large.tga", tga, size, false, &p), RT_ERROR_MEMORY_LIMIT);
     test_says(&small, "large.tga");
     test_end(&small);
     free(tga);
@@ -361,6 +386,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_cut_everywhere, test_setup, test_teardown),
         cmocka_unit_test_setup_teardown(test_gif, test_setup, test_teardown),
+        cmocka_unit_test_setup_teardown(test_sixteen_bits, test_setup, test_teardown),
         cmocka_unit_test_setup_teardown(test_huge, test_setup, test_teardown),
         cmocka_unit_test_setup_teardown(test_no_pixels, test_setup, test_teardown),
         cmocka_unit_test_setup_teardown(test_memory_limit, test_setup, test_teardown),

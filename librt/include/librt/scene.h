@@ -51,7 +51,7 @@ typedef struct rt_texture_desc {
     const void *pixels;     /**< rows from the top, without padding */
     rt_pixel_format format;
     rt_wrap wrap;
-    int linear;  /**< 8-bit values are linear already (0: sRGB encoded) */
+    int linear;  /**< values of 8 bits, and of 16 in files, are linear already (0: sRGB encoded) */
     int nearest; /**< no interpolation, no mip-maps */
 } rt_texture_desc;
 RT_API rt_texture_desc rt_texture_desc_default(void);

@@ -9,6 +9,7 @@ typedef struct rti_image_source {
     const char *name; /* escaped for messages */
     const uint8_t *bytes;
     size_t size;
+    bool linear; /* samples of 16 bits are linear already */
 } rti_image_source;
 
 /* Fails with "NAME: byte OFFSET: reason" and FORMAT. */

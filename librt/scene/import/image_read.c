@@ -92,11 +92,11 @@ static rt_status decode(const rti_image_source *src, rti_pixels *out)
                     src->name);
 }
 
-rt_status rti_image_decode(rt_context *ctx, const char *name, const void *bytes, size_t size, rti_pixels *out)
+rt_status rti_image_decode(rt_context *ctx, const char *name, const void *bytes, size_t size, bool linear, rti_pixels *out)
 {
     char quoted[300];
     rti_quote(quoted, sizeof quoted, name, strlen(name));
-    rti_image_source src = {ctx, quoted, bytes, size};
+    rti_image_source src = {ctx, quoted, bytes, size, linear};
     memset(out, 0, sizeof *out);
     rt_status status = decode(&src, out);
     if (status)
@@ -112,7 +112,7 @@ rt_status rti_image_read(rt_context *ctx, const char *path, rti_pixels *out)
     rt_status status = rti_file_read(ctx, path, 0, &bytes, &size);
     if (status)
         return status;
-    status = rti_image_decode(ctx, path, bytes, size, out);
+    status = rti_image_decode(ctx, path, bytes, size, false, out);
     rti_free(ctx, bytes, size + 1);
     return status;
 }

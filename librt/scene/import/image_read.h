@@ -18,7 +18,7 @@ typedef struct rti_pixels {
  * Errors IO, FORMAT, MEMORY, MEMORY_LIMIT, UNSUPPORTED (a PNG, JPEG or GIF in a build without stb_image); *out is then empty. */
 rt_status rti_image_read(rt_context *ctx, const char *path, rti_pixels *out);
 
-/* The same for a file that is in memory; name is for the messages. */
-rt_status rti_image_decode(rt_context *ctx, const char *name, const void *bytes, size_t size, rti_pixels *out);
+/* The same for a file that is in memory; name is for the messages. linear: samples of 16 bits are linear already. */
+rt_status rti_image_decode(rt_context *ctx, const char *name, const void *bytes, size_t size, bool linear, rti_pixels *out);
 
 #endif

@@ -87,7 +87,7 @@ static rt_status take(const rti_image_source *src, const void *from, bool wide, 
         if (!linear)
             return rti_fail_memory(src->ctx, src->name, 65536 * sizeof *linear);
         for (uint32_t v = 0; v < 65536; v++)
-            linear[v] = (float)rti_srgb_decode(v / 65535.0);
+            linear[v] = (float)(src->linear ? v / 65535.0 : rti_srgb_decode(v / 65535.0));
     }
     for (size_t i = 0; i < count; i++) {
         for (uint32_t c = 0; c < to_channels; c++) {
