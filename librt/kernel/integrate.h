@@ -36,6 +36,16 @@ RTK_FN rtk_texture_wraps rtk_sky_wraps(void)
     return wraps;
 }
 
+/* A diffuse ray stands for a cone at least this wide, which is what textures' levels of detail go by. */
+#define RTK_DIFFUSE_SPREAD 0.2f
+
+/* Footprint on the map of a cone of that spread. The sky is a light, too: diffuse rays look it up as it is, since a cone's mean
+ * would lend what is bright in it other cosines and solid angles, below the horizon even, and so more or less light. */
+RTK_FN float rtk_sky_footprint(float spread)
+{
+    return spread < RTK_DIFFUSE_SPREAD ? spread / RTK_PI : 0.0f;
+}
+
 /* Radiance of the world in unit direction d: gradient by height, or the equirectangular map. spread: angle of the cone. */
 RTK_FN rtk_vec3 rtk_background(RT_GLOBAL const rtk_scene *scene, rtk_vec3 d, float spread)
 {
@@ -45,7 +55,7 @@ RTK_FN rtk_vec3 rtk_background(RT_GLOBAL const rtk_scene *scene, rtk_vec3 d, flo
     float rgba[4];
     if (w->background_tex == RTK_INVALID)
         return rtk_gradient(low, top, d);
-    rtk_texture_sample_wrapped(scene->textures[w->background_tex], rtk_sky_u(d), rtk_sky_v(d), spread / RTK_PI, rtk_sky_wraps(),
+    rtk_texture_sample_wrapped(scene->textures[w->background_tex], rtk_sky_u(d), rtk_sky_v(d), rtk_sky_footprint(spread), rtk_sky_wraps(),
                                rgba);
     return rtk_v3(rgba[0], rgba[1], rgba[2]);
 }

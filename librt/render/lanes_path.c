@@ -8,6 +8,7 @@
  * come bent a second time.
  *
  * Russian roulette draws from the path's own key, so a path's end does not depend on when it is looked at. */
+#include "../kernel/integrate.h"
 #include "../kernel/lights.h"
 #include "../kernel/sampling.h"
 #include "lanes.h"
@@ -148,7 +149,7 @@ RTI_LANES_FN static void send_diffuse(rti_worker *w, const rti_sheaf *c, const l
         to->tr[k] = tp.x;
         to->tg[k] = tp.y;
         to->tb[k] = tp.z;
-        to->spread[k] = rtk_max(c->spread[k], RTI_DIFFUSE_SPREAD);
+        to->spread[k] = rtk_max(c->spread[k], RTK_DIFFUSE_SPREAD);
         to->pdf[k] = asks_through ? 0.0f : probability * rtk_cosine_pdf(cosine);
     }
     rti_leaving_keys(to, RTK_KIND_DIFFUSE);

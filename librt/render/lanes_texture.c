@@ -219,7 +219,7 @@ RTI_LANES_FN static void directions(const rti_sheaf *c, lookups *l)
         const rtk_vec3 d = rtk_v3(c->dx[k], c->dy[k], c->dz[k]);
         l->u[k] = rtk_sky_u(d);
         l->v[k] = rtk_sky_v(d);
-        l->footprint[k] = c->spread[k] / RTK_PI;
+        l->footprint[k] = rtk_sky_footprint(c->spread[k]);
     }
 }
 

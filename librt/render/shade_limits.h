@@ -10,7 +10,4 @@
 #define RTI_SURVIVE_MIN 0.05f
 #define RTI_SURVIVE_MAX 0.95f
 
-/* Path: a diffuse ray stands for a cone at least this wide, which is what textures' levels of detail go by. */
-#define RTI_DIFFUSE_SPREAD 0.2f
-
 #endif

@@ -192,7 +192,7 @@ static void go_on(rti_worker *w, const point *p, const lobes *l, uint32_t of_ver
             return;
         tp = rtk_mul(tp, rtk_scale(l->diffuse, 1.0f / probability));
         child = child_of(p, RTK_KIND_DIFFUSE, tp, w->frame->asks_through ? 0.0f : probability * rtk_cosine_pdf(cosine));
-        child.spread = rtk_max(child.spread, RTI_DIFFUSE_SPREAD);
+        child.spread = rtk_max(child.spread, RTK_DIFFUSE_SPREAD);
         push(w, rtk_surface_leave(p->s, dir), dir, RT_MASK_DIFFUSE, &child);
     } else if (at < l->diffuse_share + l->mirror_share) {
         push_mirror(w, p, rtk_scale(tp, l->mirror * l->total / l->mirror_share));

@@ -160,6 +160,46 @@ static void test_visible_light_without_shadows(void **state)
     floor_under_visible(&d, add_material(scene, v3(0, 0, 0), 0, 0, 0, 0), 1, 3.0 / 16, 0.003);
 }
 
+/* A sky that is bright in one row of its map: what a floor below it shows is the row's share of a hemisphere weighed by cosines.
+ */
+static void sky_row(uint32_t row)
+{
+    enum { W = 64, H = 32 };
+    static float texels[W * H][3];
+    const double pi = 3.14159265358979, above = sin(pi * row / H), below = sin(pi * (row + 1) / H);
+    rt_render_desc d = settings(16, 16, 1024, "path");
+    rt_texture_desc t = rt_texture_desc_default();
+    rt_world_desc w = rt_world_desc_default();
+    rt_image *image;
+    double mean[3];
+    memset(texels, 0, sizeof texels);
+    for (uint32_t x = 0; x < W; x++)
+        texels[row * W + x][1] = 100;
+    t.width = W;
+    t.height = H;
+    t.pixels = texels;
+    t.format = RT_PIXEL_RGB32F;
+    OK(rt_scene_add_texture(scene, &t, &w.background_texture));
+    OK(rt_scene_set_world(scene, &w));
+    floor_from_above(add_material(scene, v3(1, 1, 1), 1, 0, 0, 0));
+    image = commit_and_render(&d);
+    mean_of(image, mean);
+    near_to(mean[1], 100 * (below * below - above * above), 0.15);
+    rt_image_destroy(image);
+}
+
+static void test_sky_low_row(void **state)
+{
+    (void)state;
+    sky_row(15);
+}
+
+static void test_sky_high_row(void **state)
+{
+    (void)state;
+    sky_row(3);
+}
+
 /* A lamp: the sphere around a point light hides it from nobody; another sphere does. */
 static void test_lamp_does_not_shadow_itself(void **state)
 {
@@ -270,6 +310,8 @@ int main(void)
         IN_DARK(test_visible_light_through_clear_pane),
         IN_DARK(test_visible_light_through_pane_of_opaque_shadow),
         IN_DARK(test_visible_light_without_shadows),
+        IN_DARK(test_sky_low_row),
+        IN_DARK(test_sky_high_row),
         IN_DARK(test_lamp_does_not_shadow_itself),
         IN_DARK(test_ten_thousand_lights),
         IN_DARK(test_visible_light),
