@@ -229,16 +229,17 @@ rt_status rt_scene_set_camera_motion(rt_scene *scene, const rt_camera_desc *desc
     return RT_OK;
 }
 
-/* The description of a loaded scene's camera at one end of its way, from its record: look_at is one unit ahead, or where it is
- * for a camera that moves. */
+/* The description of a loaded scene's camera at one end of its way, from its record: look_at is one unit ahead, or as many as the
+ * eye's largest coordinate has, where floats one unit apart would tell another direction; or where it is for a camera that moves.
+ */
 static rt_camera_desc describe(const rtk_camera *c, int end)
 {
     rt_camera_desc d = rt_camera_desc_default();
     const rtk_camera_key *k = &c->key[end];
-    float half = c->half_height;
+    float half = c->half_height, ahead = fmaxf(1.0f, fmaxf(fabsf(c->eye[0]), fmaxf(fabsf(c->eye[1]), fabsf(c->eye[2]))));
     d.type = c->type == RTK_CAMERA_ORTHOGRAPHIC ? RT_CAMERA_ORTHOGRAPHIC : RT_CAMERA_PINHOLE;
     d.eye = (rt_vec3){c->eye[0], c->eye[1], c->eye[2]};
-    d.look_at = (rt_vec3){c->eye[0] + c->front[0], c->eye[1] + c->front[1], c->eye[2] + c->front[2]};
+    d.look_at = (rt_vec3){c->eye[0] + ahead * c->front[0], c->eye[1] + ahead * c->front[1], c->eye[2] + ahead * c->front[2]};
     d.up = (rt_vec3){c->up[0], c->up[1], c->up[2]};
     d.aperture = c->aperture;
     d.focus_distance = c->focus;

@@ -436,6 +436,27 @@ static void saved(void **state)
     rt_scene_destroy(again);
 }
 
+/* A still one, far from the middle: from what a loaded scene tells of it, another comes to look the same way. */
+static void saved_far_away(void **state)
+{
+    rt_scene *again;
+    rt_camera_desc c = rt_camera_desc_default(), got = c;
+    char path[] = "test_camera_far.rts";
+    (void)state;
+    c.eye = (rt_vec3){1.0e6f, -3.0e6f, 2.0e5f};
+    c.look_at = (rt_vec3){1.0e6f + 800.0f, -3.0e6f + 300.0f, 2.0e5f - 500.0f};
+    OK(rt_scene_set_camera(scene, &c));
+    OK(rt_scene_commit(scene, NULL));
+    OK(rt_scene_save(scene, path));
+    OK(rt_scene_load(ctx, path, &again));
+    OK(rt_scene_get_camera(again, &got));
+    const double x = got.look_at.x - (double)got.eye.x, y = got.look_at.y - (double)got.eye.y,
+                 z = got.look_at.z - (double)got.eye.z;
+    assert_true(x > 0.0 && fabs(y / x - 0.375) < 1e-6 && fabs(z / x + 0.625) < 1e-6);
+    remove(path);
+    rt_scene_destroy(again);
+}
+
 static int setup_empty(void **state)
 {
     (void)state;
@@ -454,6 +475,7 @@ int main(void)
         T(no_lens_is_a_pinhole, setup_balls),
         T(refusals, setup_empty),
         T(saved, setup_balls),
+        T(saved_far_away, setup_empty),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
