@@ -235,14 +235,12 @@ static void number_instances(rt_scene *scene, use *uses, uint32_t count)
 static rt_status take_child(rti_commit *c, rt_scene *child, uint32_t instance)
 {
     rti_snapshot *s = rti_scene_snapshot(child);
-    const rtk_top_header *top;
     if (!s)
         return rti_fail(c->scene->ctx, RT_ERROR_STATE,
                         "%s: the child of instance %u was never committed; commit it before its parent", c->call, instance);
     c->children[c->child_count] = s;
     c->child_scenes[c->child_count++] = child;
-    top = s->top->data;
-    if (top->instance_count > 0)
+    if (s->group_count > 1) /* its children's groups; instances that were removed keep their places and have none */
         return rti_fail(c->scene->ctx, RT_ERROR_STATE,
                         "%s: the child of instance %u has instances of its own; only two levels are possible", c->call, instance);
     return RT_OK;

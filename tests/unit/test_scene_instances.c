@@ -418,10 +418,38 @@ static void test_turned_boxes(void **state)
     rt_context_destroy(ctx);
 }
 
+/* A scene whose instances were all removed has none, and is placed as any other. */
+static void test_removed_of_a_child(void **state)
+{
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *ball = kit_scene(ctx), *child = kit_scene(ctx), *scene = kit_scene(ctx);
+    rt_instance_desc d = rt_instance_desc_default();
+    rt_instance in_child;
+    (void)state;
+    kit_sphere(ball, 0, 0, 0, 1);
+    kit_sphere(child, 0, 0, 0, 2);
+    kit_ok(ctx, rt_scene_commit(ball, NULL));
+    d.child = child;
+    kit_ok(ctx, rt_scene_add_instance(scene, &d, NULL));
+    d.child = ball;
+    kit_ok(ctx, rt_scene_add_instance(child, &d, &in_child));
+    kit_ok(ctx, rt_scene_commit(child, NULL));
+    assert_int_equal(rt_scene_commit(scene, NULL), RT_ERROR_STATE);
+    kit_ok(ctx, rt_scene_remove_instance(child, in_child));
+    kit_ok(ctx, rt_scene_commit(child, NULL));
+    kit_ok(ctx, rt_scene_commit(scene, NULL));
+    assert_true(kit_hit(scene, kit_ray(0, 0, 9, 0, 0, -1)).t == 7);
+    rt_scene_destroy(ball);
+    rt_scene_destroy(child);
+    rt_scene_destroy(scene);
+    rt_context_destroy(ctx);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_bounds_hold),  cmocka_unit_test(test_growth),
-                                       cmocka_unit_test(test_turned_boxes), cmocka_unit_test(test_odd_children),
-                                       cmocka_unit_test(test_tables),       cmocka_unit_test(test_told_as_given)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_bounds_hold),       cmocka_unit_test(test_growth), cmocka_unit_test(test_turned_boxes),
+        cmocka_unit_test(test_odd_children),      cmocka_unit_test(test_tables), cmocka_unit_test(test_told_as_given),
+        cmocka_unit_test(test_removed_of_a_child)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
