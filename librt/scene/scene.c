@@ -82,12 +82,18 @@ void rti_scene_retain(rt_scene *scene)
     atomic_fetch_add(&scene->refs, 1);
 }
 
-void rt_scene_destroy(rt_scene *scene)
+/* A reference less; a scene without any joins those that go. */
+static void let_go(rt_scene *scene, rt_scene **going)
 {
-    rt_context *ctx;
     if (!scene || atomic_fetch_sub(&scene->refs, 1) != 1)
         return;
-    ctx = scene->ctx;
+    scene->next_going = *going;
+    *going = scene;
+}
+
+static void free_scene(rt_scene *scene, rt_scene **going)
+{
+    rt_context *ctx = scene->ctx;
     rti_cell_replace(&scene->cell, NULL);
     for (size_t i = 0; i < scene->geometries.count; i++)
         rti_mesh_free(ctx, RTI_AT(scene->geometries, rti_geometry, i)->mesh);
@@ -95,7 +101,7 @@ void rt_scene_destroy(rt_scene *scene)
         rti_chunk_release(RTI_AT(scene->textures, rti_texture, i)->chunk);
     for (size_t i = 0; i < scene->instances.count; i++) {
         rti_inst *inst = RTI_AT(scene->instances, rti_inst, i);
-        rt_scene_destroy(inst->child); /* one level: a child has no instances */
+        let_go(inst->child, going);
         rti_free(ctx, inst->motion, inst->motion_count * sizeof *inst->motion);
     }
     rti_array_free(ctx, &scene->materials, sizeof(rtk_material));
@@ -107,6 +113,18 @@ void rt_scene_destroy(rt_scene *scene)
     rti_array_free(ctx, &scene->lights, sizeof(rti_light));
     rti_array_free(ctx, &scene->covers, sizeof(rti_cover_boxes));
     rti_free(ctx, scene, sizeof *scene);
+}
+
+/* A loop: no commit takes more than two levels, but a child that is given instances later makes a description of any depth. */
+void rt_scene_destroy(rt_scene *scene)
+{
+    rt_scene *going = NULL;
+    let_go(scene, &going);
+    while (going) {
+        rt_scene *one = going;
+        going = one->next_going;
+        free_scene(one, &going);
+    }
 }
 
 rt_context *rt_scene_context(const rt_scene *scene)

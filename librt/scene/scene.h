@@ -89,6 +89,7 @@ typedef struct rti_cover_boxes {
 struct rt_scene {
     rt_context *ctx;
     atomic_uint refs;
+    rt_scene *next_going;            /* of those that rt_scene_destroy frees, which nothing refers to */
     bool loaded;                     /* from a file: no description */
     bool geometry_changed;           /* since the last commit: group and attribute chunks must be made anew */
     bool primitives_changed;         /* since the last commit: some came or went, rather than only moved */

@@ -2,6 +2,7 @@
 #include "scene_kit.h"
 
 #include <math.h>
+#include <pthread.h>
 
 #include "scene/scene.h"
 #include "scene/snapshot.h"
@@ -445,11 +446,48 @@ static void test_removed_of_a_child(void **state)
     rt_context_destroy(ctx);
 }
 
+/* Each scene is given an instance of the next when it is placed itself: described, if never committed, and taken down within the
+ * stack that the library promises. */
+static void *take_down(void *scene)
+{
+    rt_scene_destroy(scene);
+    return NULL;
+}
+
+static void test_chain(void **state)
+{
+    enum { LINKS = 20000, STACK = 256 << 10 };
+    rt_context *ctx = kit_context(NULL, 1);
+    rt_scene *first = kit_scene(ctx), *last = first;
+    rt_instance_desc d = rt_instance_desc_default();
+    pthread_attr_t attributes;
+    pthread_t thread;
+    uint64_t before, after;
+    (void)state;
+    rt_context_memory(ctx, &before, NULL);
+    for (int i = 0; i < LINKS; i++) {
+        d.child = kit_scene(ctx);
+        kit_ok(ctx, rt_scene_add_instance(last, &d, NULL));
+        if (last != first)
+            rt_scene_destroy(last);
+        last = d.child;
+    }
+    rt_scene_destroy(last);
+    assert_int_equal(pthread_attr_init(&attributes), 0);
+    assert_int_equal(pthread_attr_setstacksize(&attributes, STACK), 0);
+    assert_int_equal(pthread_create(&thread, &attributes, take_down, first), 0);
+    assert_int_equal(pthread_join(thread, NULL), 0);
+    pthread_attr_destroy(&attributes);
+    rt_context_memory(ctx, &after, NULL);
+    assert_true(after < before);
+    rt_context_destroy(ctx);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_bounds_hold),       cmocka_unit_test(test_growth), cmocka_unit_test(test_turned_boxes),
-        cmocka_unit_test(test_odd_children),      cmocka_unit_test(test_tables), cmocka_unit_test(test_told_as_given),
-        cmocka_unit_test(test_removed_of_a_child)};
+        cmocka_unit_test(test_bounds_hold),        cmocka_unit_test(test_growth), cmocka_unit_test(test_turned_boxes),
+        cmocka_unit_test(test_odd_children),       cmocka_unit_test(test_tables), cmocka_unit_test(test_told_as_given),
+        cmocka_unit_test(test_removed_of_a_child), cmocka_unit_test(test_chain)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
