@@ -89,6 +89,7 @@ rt_status rt_context_create(const rt_context_desc *desc, rt_context **context)
     ctx->workers = d.workers ? d.workers : rt_cpu_count();
     atomic_init(&ctx->memory_now, 0);
     atomic_init(&ctx->memory_peak, 0);
+    atomic_init(&ctx->limit_refused, false);
     for (uint32_t i = 0; i < RTI_WORK_COUNT; i++)
         atomic_init(&ctx->work[i], 0);
     for (uint32_t i = 0; i < RTI_ROOMS; i++)

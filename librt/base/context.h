@@ -40,6 +40,7 @@ struct rt_context {
     bool roomy; /* rti_context_roomy */
 
     atomic_uint_fast64_t memory_now, memory_peak;
+    atomic_bool limit_refused; /* the last block that was refused would have passed the limit; the hook was not asked */
 
     pthread_mutex_t message_lock;
     uint64_t message_order;

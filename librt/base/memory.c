@@ -50,11 +50,13 @@ static size_t whole_size(size_t size)
 
 static unsigned char *take(rt_context *ctx, size_t size)
 {
-    unsigned char *raw;
-    if (!charge(ctx, size))
-        return NULL;
-    raw = ctx->allocate(ctx->allocate_user, NULL, 0, size);
+    unsigned char *raw = NULL;
+    const bool charged = charge(ctx, size);
+    if (charged)
+        raw = ctx->allocate(ctx->allocate_user, NULL, 0, size);
     if (!raw)
+        atomic_store_explicit(&ctx->limit_refused, !charged, memory_order_relaxed);
+    if (!raw && charged)
         discharge(ctx, size);
     return raw;
 }

@@ -50,6 +50,43 @@ static void test_memory(void **state)
     rt_context_destroy(ctx);
 }
 
+static void *refuse(void *user, void *ptr, size_t old_size, size_t new_size)
+{
+    return *(bool *)user && new_size != 0 ? NULL : rt_allocate(NULL, ptr, old_size, new_size);
+}
+
+static void says(const rt_context *ctx, const char *part)
+{
+    char text[1024];
+    rt_context_error(ctx, text, sizeof text);
+    assert_non_null(strstr(text, part));
+}
+
+/* Who refused a block is told apart, also where the block would fit and what stands before it would not. */
+static void test_who_refused(void **state)
+{
+    bool refuses = false;
+    rt_context_desc d = rt_context_desc_default();
+    rt_context *ctx;
+    (void)state;
+    d.workers = 1;
+    d.memory_limit = 1000;
+    d.allocate = refuse;
+    d.allocate_user = &refuses;
+    assert_int_equal(rt_context_create(&d, &ctx), RT_OK);
+    assert_null(rti_alloc(ctx, 990));
+    assert_int_equal(rti_fail_memory(ctx, "x", 990), RT_ERROR_MEMORY_LIMIT);
+    says(ctx, "x: 1054 bytes more would pass the memory limit of 1000 bytes (0 are in use)");
+    refuses = true;
+    assert_null(rti_alloc(ctx, 0));
+    assert_int_equal(rti_fail_memory(ctx, "x", 0), RT_ERROR_MEMORY);
+    says(ctx, "x: the allocator could not give 64 bytes");
+    assert_null(rti_alloc_array(ctx, SIZE_MAX / 2, 3));
+    assert_int_equal(rti_fail_memory(ctx, "x", SIZE_MAX), RT_ERROR_MEMORY_LIMIT);
+    refuses = false;
+    rt_context_destroy(ctx);
+}
+
 typedef struct wandering {
     uint32_t turn;
     bool refuses;
@@ -481,7 +518,7 @@ int main(void)
         cmocka_unit_test(test_many_callers), cmocka_unit_test(test_messages),     cmocka_unit_test(test_numbers),
         cmocka_unit_test(test_locale),       cmocka_unit_test(test_text),         cmocka_unit_test(test_hash),
         cmocka_unit_test(test_files),        cmocka_unit_test(test_open_hook),    cmocka_unit_test(test_shrink),
-        cmocka_unit_test(test_settle),
+        cmocka_unit_test(test_settle),       cmocka_unit_test(test_who_refused),
     };
 #ifdef __SANITIZE_THREAD__
     cmocka_set_skip_filter("test_numbers"); /* long, and of one thread */
