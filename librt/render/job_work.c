@@ -98,7 +98,7 @@ static bool prepare(rt_job *job)
     job->preparing = true;
     pthread_mutex_unlock(&job->lock);
     start = rti_now();
-    status = rti_snapshot_with_tree(job->snapshot, job->frame.set.tracer->tree, &job->cancel, &with);
+    status = rti_snapshot_with_tree(job->snapshot, "rt_render", job->frame.set.tracer->tree, &job->cancel, &with);
     pthread_mutex_lock(&job->lock);
     job->preparing = false;
     job->build_seconds = rti_now() - start;

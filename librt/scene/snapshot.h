@@ -33,6 +33,7 @@ void rti_snapshot_surface(const rti_snapshot *snapshot, const rt_ray *ray, float
 
 /* A snapshot of the same content that has trees of this kind (RTK_TREE_*) for every group and the top level: this one again
  * (retained) when it has them, else one that shares all chunks and builds what is missing (kept by the scene's chunk cache). */
-rt_status rti_snapshot_with_tree(rti_snapshot *snapshot, uint32_t tree_kind, rti_cancel *cancel, rti_snapshot **out);
+rt_status rti_snapshot_with_tree(rti_snapshot *snapshot, const char *call, uint32_t tree_kind, rti_cancel *cancel,
+                                 rti_snapshot **out);
 
 #endif

@@ -61,11 +61,11 @@ static rt_status check_part(const rti_look *look, const char *call)
                     count > 0 ? count : 1);
 }
 
-static rt_status find_tree(rti_look *look)
+static rt_status find_tree(rti_look *look, const char *call)
 {
     uint32_t kind = look->tracer->tree, group = look->query.group;
     rti_snapshot *with;
-    rt_status status = rti_snapshot_with_tree(look->snapshot, kind, NULL, &with);
+    rt_status status = rti_snapshot_with_tree(look->snapshot, call, kind, NULL, &with);
     if (status != RT_OK)
         return status;
     rti_snapshot_release(look->snapshot);
@@ -89,7 +89,7 @@ rt_status rti_look_begin(const rt_scene *scene, const char *call, const rt_tree_
     if (status == RT_OK)
         status = check_part(look, call);
     if (status == RT_OK)
-        status = find_tree(look);
+        status = find_tree(look, call);
     if (status != RT_OK)
         rti_snapshot_release(look->snapshot);
     return status;

@@ -394,9 +394,9 @@ static rti_snapshot *copy(const rti_snapshot *from)
     return to;
 }
 
-rt_status rti_snapshot_with_tree(rti_snapshot *snapshot, uint32_t tree_kind, rti_cancel *cancel, rti_snapshot **out)
+rt_status rti_snapshot_with_tree(rti_snapshot *snapshot, const char *call, uint32_t tree_kind, rti_cancel *cancel,
+                                 rti_snapshot **out)
 {
-    static const char call[] = "rt_render";
     rti_snapshot *next;
     rti_fpenv env;
     rt_status status;

@@ -126,7 +126,7 @@ static void use(rt_context *ctx, rti_snapshot *snapshot)
         rti_scratch scratch = {.room = room, .times = times};
         uint16_t occluded[BLOCKS];
         rti_snapshot *with;
-        if (rti_snapshot_with_tree(snapshot, tracer->tree, NULL, &with) != RT_OK)
+        if (rti_snapshot_with_tree(snapshot, "fuzz", tracer->tree, NULL, &with) != RT_OK)
             continue;
         for (uint32_t way = 0; way < 4; way++) {
             const uint32_t flags = way & 1 ? RTI_TRACE_COHERENT : 0;

@@ -211,13 +211,13 @@ static void test_trees_kept(void **state)
     kit_square(scene, 1, 0);
     kit_commit(scene);
     s = rti_scene_snapshot(scene);
-    assert_int_equal(rti_snapshot_with_tree(s, RTK_TREE_BVH, NULL, &with), RT_OK);
+    assert_int_equal(rti_snapshot_with_tree(s, "test", RTK_TREE_BVH, NULL, &with), RT_OK);
     assert_ptr_equal(with, s);
     rti_snapshot_release(with);
-    assert_int_equal(rti_snapshot_with_tree(s, RTK_TREE_OCTREE, NULL, &with), RT_OK);
+    assert_int_equal(rti_snapshot_with_tree(s, "test", RTK_TREE_OCTREE, NULL, &with), RT_OK);
     assert_int_equal(rti_snapshot_view(with)->groups[0].parts[0].octree.kind, RTK_TREE_OCTREE);
     assert_ptr_equal(rti_snapshot_view(with)->groups[0].tris, rti_snapshot_view(s)->groups[0].tris);
-    assert_int_equal(rti_snapshot_with_tree(s, RTK_TREE_OCTREE, NULL, &again), RT_OK);
+    assert_int_equal(rti_snapshot_with_tree(s, "test", RTK_TREE_OCTREE, NULL, &again), RT_OK);
     assert_ptr_equal(rti_snapshot_view(again)->groups[0].parts[0].octree.oct,
                      rti_snapshot_view(with)->groups[0].parts[0].octree.oct);
     rti_snapshot_release(with);
