@@ -799,7 +799,7 @@ function rt.buffer(type, content) end
 ---@field tone? "none"|"filmic"
 ---@field bits? integer PNG: 8 or 16
 ---@field quality? integer JPEG: 1 ... 100
----@field alpha? boolean keep the coverage
+---@field alpha? boolean keep the coverage as alpha; colours stay as they are, in a render mixed with the background's
 ---@field text? boolean|table<string, string> false: without text entries; a table: these too (PNG, HDR)
 
 ---@class rt.image

@@ -48,7 +48,7 @@ typedef struct rt_save_desc {
     rt_tone tone;       /**< curve before the sRGB encoding (not for hdr) */
     uint32_t bits;      /**< PNG: 8 or 16 */
     uint32_t quality;   /**< JPEG: 1 ... 100 */
-    int alpha;          /**< PNG, TGA: keep the coverage as alpha */
+    int alpha;          /**< PNG, TGA: keep the coverage as alpha; colours stay as they are, in a render mixed with the background's */
     int no_text;        /**< leave the text entries out */
     const rt_text *texts; /**< [text_count] entries beside the image's own, which an equal key replaces; copied into the file */
     uint32_t text_count;
