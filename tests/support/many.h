@@ -25,6 +25,17 @@
 #define TEST_RACES 0
 #endif
 
+/* Is it the one of memory, who looks for what was never written? Lanes behind the last of a row hold anything, and are computed
+ * with, so that it has much to say of rendering. */
+#if defined(__has_feature)
+#if __has_feature(memory_sanitizer)
+#define TEST_UNWRITTEN 1
+#endif
+#endif
+#ifndef TEST_UNWRITTEN
+#define TEST_UNWRITTEN 0
+#endif
+
 /* n; under a sanitizer, which is ten times slower and looks at accesses, not at numbers, a tenth of it. */
 #define TEST_MANY(n) (TEST_SANITIZED ? (n) / 10 : (n))
 
