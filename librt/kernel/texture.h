@@ -48,11 +48,11 @@ RTK_FN void rtk_texel(rtk_texture tex, rtk_u32 level, rtk_u32 x, rtk_u32 y, floa
     }
 }
 
-/* Coordinate into [0, 1] by wrapping or clamping; NaN and infinity give 0. */
+/* Coordinate into [0, 1] by wrapping or clamping; NaN gives 0, and so does infinity that wraps. */
 RTK_FN float rtk_texture_wrap(float x, rtk_u32 flags)
 {
-    float w = flags & RTK_TEX_CLAMP ? rtk_clamp(x, 0.0f, 1.0f) : x - rtk_floor(x);
-    return ((w >= 0.0f) & (w <= 1.0f)) ? w : 0.0f;
+    float w = flags & RTK_TEX_CLAMP ? (x > 1.0f ? 1.0f : x) : x - rtk_floor(x);
+    return w >= 0.0f ? w : 0.0f;
 }
 
 /* Texel below or left of x (in texels, half-texel shifted) and its neighbour, with the weight of the neighbour. */
