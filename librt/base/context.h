@@ -25,6 +25,9 @@ typedef struct rti_cache_slot {
     const rti_cache_kind *kind;
 } rti_cache_slot;
 
+/* Bytes that each block has before it (memory.c). */
+#define RTI_BLOCK_HEADER RTI_CACHE_LINE
+
 struct rt_context {
     rt_allocate_fn allocate;
     void *allocate_user;

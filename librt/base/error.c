@@ -53,8 +53,8 @@ rt_status rti_fail_memory(rt_context *ctx, const char *what, size_t size)
 {
     uint64_t now = atomic_load_explicit(&ctx->memory_now, memory_order_relaxed);
     const bool refused = atomic_load_explicit(&ctx->limit_refused, memory_order_relaxed);
-    size = size > SIZE_MAX - RTI_CACHE_LINE ? size : size + RTI_CACHE_LINE; /* what the block takes (memory.c), never nothing */
-    if (ctx->memory_limit && (refused || size > ctx->memory_limit))         /* the latter: too much to be asked for at all */
+    size = size > SIZE_MAX - RTI_BLOCK_HEADER ? size : size + RTI_BLOCK_HEADER; /* what the block takes */
+    if (ctx->memory_limit && (refused || size > ctx->memory_limit))             /* the latter: too much to be asked for at all */
         return rti_fail(ctx, RT_ERROR_MEMORY_LIMIT,
                         "%s: %llu bytes more would pass the memory limit of %llu bytes (%llu are in use)", what,
                         (unsigned long long)size, (unsigned long long)ctx->memory_limit, (unsigned long long)now);

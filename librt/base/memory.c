@@ -4,8 +4,6 @@
 
 #include "context.h"
 
-#define HEADER RTI_CACHE_LINE
-
 bool rti_mul_size(size_t a, size_t b, size_t *out)
 {
     if (b != 0 && a > SIZE_MAX / b)
@@ -45,7 +43,7 @@ static void discharge(rt_context *ctx, uint64_t size)
 
 static size_t whole_size(size_t size)
 {
-    return size + HEADER;
+    return size + RTI_BLOCK_HEADER;
 }
 
 static unsigned char *take(rt_context *ctx, size_t size)
@@ -73,7 +71,7 @@ static void *block(rt_context *ctx, size_t size, bool relieve)
         raw = take(ctx, whole_size(size));
     if (!raw)
         return NULL;
-    ptr = raw + HEADER - (uintptr_t)raw % HEADER;
+    ptr = raw + RTI_BLOCK_HEADER - (uintptr_t)raw % RTI_BLOCK_HEADER;
     ptr[-1] =
         (unsigned char)(ptr - raw); /* 16 ... 64: malloc's alignment is at least 16 on the systems we know, and 1 suffices */
     return ptr;
@@ -122,7 +120,7 @@ void *rti_shrink(rt_context *ctx, void *ptr, size_t old_size, size_t new_size)
     if (!raw)
         return NULL;
     discharge(ctx, old_size - new_size);
-    to = raw + HEADER - (uintptr_t)raw % HEADER;
+    to = raw + RTI_BLOCK_HEADER - (uintptr_t)raw % RTI_BLOCK_HEADER;
     if (to != raw + offset) /* the hook has moved it to another offset from the cache line */
         memmove(to, raw + offset, new_size);
     to[-1] = (unsigned char)(to - raw);

@@ -55,8 +55,8 @@ RTK_FN rtk_vec3 rtk_background(RT_GLOBAL const rtk_scene *scene, rtk_vec3 d, flo
     float rgba[4];
     if (w->background_tex == RTK_INVALID)
         return rtk_gradient(low, top, d);
-    rtk_texture_sample_wrapped(scene->textures[w->background_tex], rtk_sky_u(d), rtk_sky_v(d), rtk_sky_footprint(spread), rtk_sky_wraps(),
-                               rgba);
+    rtk_texture_sample_wrapped(scene->textures[w->background_tex], rtk_sky_u(d), rtk_sky_v(d), rtk_sky_footprint(spread),
+                               rtk_sky_wraps(), rgba);
     return rtk_v3(rgba[0], rgba[1], rgba[2]);
 }
 
